@@ -22,7 +22,7 @@ class BaseNodelet : public nodelet::Nodelet {
   /// Loading fails if this throws; the manager then says no reason.
   void onInit() override {
     try {
-      base_ = std::make_unique<BaseNode>(getNodeHandle(), getPrivateNodeHandle(), stop_);
+      base_ = make_base_node(getNodeHandle(), getPrivateNodeHandle(), stop_);
     } catch (const std::exception& error) {
       NODELET_FATAL_STREAM(error.what());
       throw;

@@ -6,6 +6,7 @@
 #include <rosgraph_msgs/Clock.h>
 
 #include <memory>
+#include <optional>
 #include <set>
 #include <stdexcept>
 #include <string>
@@ -13,6 +14,7 @@
 #include "youbot_base_sim/drive/control_time.h"
 #include "youbot_base_sim/ros/conversions.h"
 #include "youbot_base_sim/ros/program.h"
+#include "youbot_base_sim/ros/topics.h"
 #include "youbot_base_sim/scene/scene.h"
 #include "youbot_base_sim/text/quote.h"
 
@@ -27,31 +29,40 @@ double latest_of(const ros::Time& clock) {
   return t + ControlTime::rounding(t);
 }
 
+/// The private parameters, by their names.
+struct PlayerSettings {
+  /// Throws ParameterError if one is bad.
+  explicit PlayerSettings(Parameters parameters) {
+    parameters.read("scene", scene, "a scene file, with a drive");
+    parameters.read_choice("model", model, {"no_slip", "viscous", "coulomb"});
+    parameters.read("duration", duration, Range{1e-6, 1e9, "s"});
+    parameters.read("lockstep_timeout", timeout, {1e-3, 1e6, "s", true});
+    parameters.refuse_others();
+  }
+
+  std::string scene, model;
+  std::optional<double> duration;  // s, in place of the scene's
+  double timeout = 0;              // s of wall time for base_node to come; 0: for ever
+};
+
 /// Plays a scene's drive into base_node: answers each /clock message with the commands for the control period that
 /// begins at its time.
 class ScenePlayer {
  public:
-  /// Reads the private parameters `scene`, `model`, `duration` (s, in place of the scene's) and `lockstep_timeout`.
   /// Throws ParameterError if one is bad, if the scene has no drive, or if /use_sim_time is not true.
-  ScenePlayer() {
-    Parameters parameters(ros::NodeHandle("~"), "~");
-    std::string path;
-    parameters.read("scene", path);
-    if (path.empty()) throw ParameterError("parameter ~scene is missing: must be a scene file");
-    std::string model;
-    parameters.read("model", model);
+  explicit ScenePlayer(const PlayerSettings& settings) : timeout_(settings.timeout) {
+    if (settings.scene.empty()) throw ParameterError("parameter ~scene is missing: must be a scene file");
+    const SceneSettings model = {{"model", settings.model, true}};
     try {
-      scene_ = load_scene(path, model.empty() ? SceneSettings() : SceneSettings{{"model", model, true}});
+      scene_ = load_scene(settings.scene, settings.model.empty() ? SceneSettings() : model);
     } catch (const SceneError& error) {
       throw ParameterError(fmt::format("parameter ~scene: {}", error.what()));
     }
     if (std::holds_alternative<std::monostate>(scene_.drive)) {
       throw ParameterError(
-          fmt::format("parameter ~scene: {}: drive is left out: there is nothing to play", quote_path(path)));
+          fmt::format("parameter ~scene: {}: drive is left out: there is nothing to play", quote_path(settings.scene)));
     }
-    parameters.read("duration", scene_.duration, {1e-6, 1e9, "s"});
-    parameters.read("lockstep_timeout", timeout_, {1e-3, 1e6, "s", true});
-    parameters.refuse_others();
+    scene_.duration = settings.duration.value_or(scene_.duration);
     if (!ros::param::param("/use_sim_time", false)) {
       throw ParameterError("parameter /use_sim_time: must be true, play_scene goes by base_node's /clock");
     }
@@ -117,7 +128,7 @@ class ScenePlayer {
   }
 
   Scene scene_;
-  double timeout_ = 0;                     // s of wall time for base_node to come; 0: for ever
+  const double timeout_;                   // as in PlayerSettings
   std::unique_ptr<TorqueProfile> torque_;  // null where the scene tracks velocities
   ros::NodeHandle node_;
   ros::Publisher commands_;
@@ -132,5 +143,11 @@ class ScenePlayer {
 }  // namespace
 
 int main(int argc, char** argv) {
-  return run_program(argc, argv, "play_scene", [] { ScenePlayer().run(); });
+  return run_program(
+      argc, argv, "play_scene",
+      [] {
+        ScenePlayer(PlayerSettings({ros::NodeHandle("~"), "~"})).run();
+      },
+      "Plays a scene's drive into base_node in lockstep, as launch/paper_case.launch does.",
+      [] { PlayerSettings(Parameters("~")); });
 }

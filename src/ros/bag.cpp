@@ -90,20 +90,20 @@ void BagWriter::guarded(const Action& action) {
 
 /// Numbers the messages of each topic in their header, as a publisher would.
 template <class Message>
-void BagWriter::write(const std::string& topic, const ros::Time& stamp, Message message) {
-  const TopicRow& row = topic_row(topic);
-  if (!row.is(kRecorded)) return;
-  const std::string name = topic.front() == '/' ? topic : ros::names::append(namespace_, topic);
+void BagWriter::write(const TopicRow& topic, const ros::Time& stamp, Message message) {
+  if (!topic.is(kRecorded)) return;
+  const std::string name = *topic.name == '/' ? topic.name : ros::names::append(namespace_, topic);
   if (auto* header = ros::message_traits::header(message)) header->seq = numbers_[topic]++;
   guarded([&] {
     make_room();
-    bag_->write(name, stamp, message, row.is(kLatched) ? latching(message) : nullptr);
+    bag_->write(name, stamp, message, topic.is(kLatched) ? latching(message) : nullptr);
   });
 }
 
 void BagWriter::write(const Telemetry& telemetry, const Events& events) {
-  telemetry.visit(events, stamp_at_,
-                  [this](const char* topic, const ros::Time& stamp, const auto& make) { write(topic, stamp, make()); });
+  telemetry.visit(events, stamp_at_, [this](const TopicRow& topic, const ros::Time& stamp, const auto& make) {
+    write(topic, stamp, make());
+  });
 }
 
 void BagWriter::write(Telemetry& telemetry, const Simulation& simulation, const BaseSensors& sensors, double t) {
@@ -113,10 +113,10 @@ void BagWriter::write(Telemetry& telemetry, const Simulation& simulation, const 
     const tf2_msgs::TFMessage transforms = telemetry.static_transforms(simulation, sensors, stamp);
     if (!transforms.transforms.empty()) write(kStaticTransformsTopic, stamp, transforms);
   }
-  telemetry.visit(simulation, sensors, stamp, [&](const char* topic, const auto& make) {
-    if (telemetry.is_requested(topic_row(topic))) write(topic, stamp, make());
+  telemetry.visit(simulation, sensors, stamp, [&](const TopicRow& topic, const auto& make) {
+    if (telemetry.is_requested(topic)) write(topic, stamp, make());
   });
-  if (telemetry.is_requested(topic_row(kContactMarkersTopic)) && markers_due_.meet(t)) {
+  if (telemetry.is_requested(kContactMarkersTopic) && markers_due_.meet(t)) {
     write(kContactMarkersTopic, stamp, telemetry.markers(simulation, stamp));
   }
 }
@@ -156,7 +156,9 @@ void BagRecorder::write(double t, const Simulation& simulation, const Events& ev
     options.world = true;
     options.markers = marker_options(scene.robot, options.world);
     const bool quantized = scene.motors && scene.motors->quantized.value_or(false);
-    sensors_.emplace(scene, BaseSensors::Options{DriverKinematics::of(scene.motors, scene.robot)}, Motor(), quantized);
+    BaseSensors::Options sensors;
+    sensors.kinematics = DriverKinematics::of(scene.motors, scene.robot);
+    sensors_.emplace(scene, sensors, Motor(), quantized);
     telemetry_.emplace(scene, options);
   }
   sensors_->update(t, simulation.state(), simulation.torque());

@@ -23,6 +23,7 @@
 #include "youbot_base_sim/ros/base_settings.h"
 #include "youbot_base_sim/ros/diagnostics.h"
 #include "youbot_base_sim/ros/driver_interface.h"
+#include "youbot_base_sim/ros/lookout.h"
 #include "youbot_base_sim/ros/node_clock.h"
 #include "youbot_base_sim/ros/program.h"
 #include "youbot_base_sim/ros/publications.h"
@@ -39,7 +40,8 @@ using SteadyClock = std::chrono::steady_clock;
 constexpr double kPollInterval = 0.1;   // s of wall time that the loop waits at most without looking if ROS still runs
 constexpr double kRecorderDelay = 0.2;  // s of wall time from a recorder's subscription to its first message at most
 constexpr double kFlushDelay = 0.2;     // s of wall time for the last message to leave before the node ends
-constexpr double kMaxAhead = 0.02;      // s of simulated time that may pass at once, unless a control period is longer
+constexpr double kDiagnosticsRate = 0.5;  // Hz, as the driver's
+constexpr double kMaxAhead = 0.02;  // s of simulated time that may pass at once, unless a control period is longer
 
 // The console reports what time waits for after a second and then every ten, diagnostics every two.
 constexpr auto kFirstNotice = std::chrono::seconds(1), kNextNotice = std::chrono::seconds(10);
@@ -51,8 +53,6 @@ std::string wheels_text(const Wheels& values) {
   return fmt::format("[{:g}]", fmt::join(values.data(), values.data() + kWheels, ", "));
 }
 
-}  // namespace
-
 /// `DriverInterface` enqueues requests for a `BaseLoop`, whose state and sensors are published when a `NodeClock` says
 /// so. Where that is the master of simulated time, `TimeServices` control it.
 ///
@@ -60,10 +60,10 @@ std::string wheels_text(const Wheels& values) {
 /// callbacks.
 ///
 /// While the driver has no base, as after a loss of EtherCAT, odom, base/joint_states and /tf stop, as the driver's do.
-class BaseNode::Loop final : private TimedLoop {
+class Loop final : public BaseNode, private TimedLoop {
  public:
-  Loop(const ros::NodeHandle& node, ros::NodeHandle private_node, const std::atomic<bool>& stop)
-      : settings_(read_base_settings(node, private_node)),
+  Loop(const ros::NodeHandle& node, const ros::NodeHandle& private_node, const std::atomic<bool>& stop)
+      : settings_(read_base_settings({private_node, "~"}, {node, ""})),
         stop_(stop),
         loop_(settings_),
         telemetry_(settings_.scene, settings_.telemetry),
@@ -72,20 +72,19 @@ class BaseNode::Loop final : private TimedLoop {
                  : std::numeric_limits<std::int64_t>::max()),
         diagnosing_(kDiagnosticsRate),
         node_(node),
-        publications_([this] { update_subscriptions(); }) {
+        private_node_(private_node) {
     node_.setCallbackQueue(&queue_);
-    private_node.setCallbackQueue(&queue_);
+    private_node_.setCallbackQueue(&queue_);
     if (!settings_.bag.empty()) open_bag();
     clock_ = make_node_clock(settings_, loop_, publications_, node_, stop_);
     advertise();
-    update_subscriptions();
-    interface_.emplace(loop_, *clock_, settings_, node_, private_node, log_);
+    interface_.emplace(loop_, *clock_, settings_, node_, private_node_, log_);
     time_services_.emplace(
-        private_node, queue_, settings_.start_paused, loop_, *clock_, [this] { reset(); },
+        private_node_, queue_, settings_.start_paused, loop_, *clock_, [this] { reset(); },
         [this] { end("~end is called"); });
   }
 
-  void run() {
+  void run() override {
     loop_.stop_on(stop_);
     try {
       run_loop();
@@ -136,7 +135,8 @@ class BaseNode::Loop final : private TimedLoop {
     publications_.publish(kStaticTransformsTopic, fixed_transforms);
   }
 
-  void update_subscriptions() { wants_telemetry_ = bag_ || publications_.heard(kAtInstants); }
+  /// True if any of it is heard or recorded now, switches included.
+  bool wants_telemetry() const { return bag_ || publications_.heard(kAtInstants); }
 
   void run_loop() {
     report_start();
@@ -146,6 +146,8 @@ class BaseNode::Loop final : private TimedLoop {
       take_callbacks(kPollInterval);
     }
     if (settings_.wait_for_subscribers) await_subscribers();
+    // It may hear /tf. In lockstep a run would depend on when it asks the master.
+    if (!settings_.lockstep.on) lookout_.emplace(node_, private_node_, settings_);
     clock_->start();
     publish_instant();
     while (running() && !ended_) {
@@ -276,7 +278,7 @@ class BaseNode::Loop final : private TimedLoop {
   /// Control periods until the next time that could be noticed.
   std::int64_t periods_ahead() {
     const double next = std::min(loop_.time() + kMaxAhead, diagnosing_.next());
-    const std::int64_t periods = loop_.periods_until(wants_telemetry_ ? std::min(next, loop_.next_instant()) : next);
+    const std::int64_t periods = loop_.periods_until(wants_telemetry() ? std::min(next, loop_.next_instant()) : next);
     return std::min({periods, clock_->periods_left(), end_ - loop_.periods()});
   }
 
@@ -317,8 +319,8 @@ class BaseNode::Loop final : private TimedLoop {
     record(events, is_due);
     telemetry_.visit(
         events, [this](double t) { return clock_->stamp(t); },
-        [this](const char* topic, const ros::Time&, const auto& make) { publications_.publish(topic, make); });
-    if (is_due && wants_telemetry_) publish_telemetry();
+        [this](const TopicRow& topic, const ros::Time&, const auto& make) { publications_.publish(topic, make); });
+    if (is_due && wants_telemetry()) publish_telemetry();
     if (diagnosing_.meet(loop_.time())) publish_diagnostics(loop_.time());
     clock_->end_publishing();
   }
@@ -334,7 +336,6 @@ class BaseNode::Loop final : private TimedLoop {
       bag_failure_ = error.what();
     }
     bag_.reset();
-    update_subscriptions();
     publish_diagnostics(loop_.time());
     if (settings_.bag_required) {
       ros::WallDuration(kFlushDelay).sleep();
@@ -346,8 +347,8 @@ class BaseNode::Loop final : private TimedLoop {
   void publish_telemetry() override {
     const ros::Time stamp = clock_->stamp(loop_.time());
     const Simulation& simulation = loop_.simulation();
-    telemetry_.visit(simulation, loop_.sensors(), stamp, [&](const char* topic, const auto& make) {
-      if (loop_.driver().present() || !topic_row(topic).is(kOfDriver)) publications_.publish(topic, make);
+    telemetry_.visit(simulation, loop_.sensors(), stamp, [&](const TopicRow& topic, const auto& make) {
+      if (loop_.driver().present() || !topic.is(kOfDriver)) publications_.publish(topic, make);
     });
     publications_.publish(kContactMarkersTopic, [&] { return telemetry_.markers(simulation, stamp); });
   }
@@ -401,21 +402,21 @@ class BaseNode::Loop final : private TimedLoop {
   std::optional<double> tipping_logged_;  // when the base tipped, s
 
   ros::CallbackQueue queue_;
-  ros::NodeHandle node_;
+  ros::NodeHandle node_, private_node_;
   Publications publications_;
   std::unique_ptr<NodeClock> clock_;
   std::optional<DriverInterface> interface_;
   std::optional<TimeServices> time_services_;
+  std::optional<Lookout> lookout_;
 
-  bool wants_telemetry_ = false;  // any of it is heard or recorded now, switches included
   bool ended_ = false;
 };
 
-BaseNode::BaseNode(const ros::NodeHandle& node, const ros::NodeHandle& private_node, const std::atomic<bool>& stop)
-    : loop_(std::make_unique<Loop>(node, private_node, stop)) {}
+}  // namespace
 
-BaseNode::~BaseNode() = default;
-
-void BaseNode::run() { loop_->run(); }
+std::unique_ptr<BaseNode> make_base_node(const ros::NodeHandle& node, const ros::NodeHandle& private_node,
+                                         const std::atomic<bool>& stop) {
+  return std::make_unique<Loop>(node, private_node, stop);
+}
 
 }  // namespace youbot_base_sim

@@ -4,12 +4,11 @@
 #include <ros/ros.h>
 
 #include <algorithm>
-#include <cctype>
 #include <cmath>
+#include <regex>
 #include <utility>
 
-#include "youbot_base_sim/ros/program.h"
-#include "youbot_base_sim/ros/scene_parameters.h"
+#include "youbot_base_sim/integration/methods.h"
 #include "youbot_base_sim/scene/driver_configuration.h"
 
 namespace youbot_base_sim {
@@ -29,10 +28,10 @@ SceneSettings read_scene_settings(Parameters& parameters) {
   const auto read = [&](const char* name, const char* key, auto value, const auto&... range) {
     if (parameters.read(name, value, range...)) settings.emplace_back(key, *value);
   };
-  for (const auto& [name, key] : {std::pair{"model", "model"}, {"method", "solver.method"}}) {
-    std::string value;
-    if (parameters.read(name, value)) settings.emplace_back(key, value, true);
-  }
+  std::string model = "the scene's", method = model;
+  if (parameters.read_choice("model", model, {"no_slip", "viscous", "coulomb"}))
+    settings.emplace_back("model", model, true);
+  if (parameters.read_choice("method", method, method_names())) settings.emplace_back("solver.method", method, true);
   read("control_period", "solver.control_period", std::optional<double>(), kPeriods);
   read("relative_tolerance", "solver.relative_tolerance", std::optional<double>(), kRelativeTolerances);
   read("dry_friction", "robot.dry_friction", std::optional<double>(), Range{0, 100, "N m"});
@@ -48,7 +47,7 @@ Range rates(double min, const BaseSettings& settings, bool or_zero = false) {
   return {min, max_rate(settings), "Hz: at most once a control period", or_zero};
 }
 
-void read_driver_parameters(Parameters parameters, BaseSettings& settings) {
+void read_driver_parameters(Parameters& parameters, BaseSettings& settings) {
   bool has_base = true;
   parameters.read("youBotHasBase", has_base);
   parameters.require(has_base, "youBotHasBase", "false", "true: this node simulates the base and nothing else");
@@ -58,8 +57,8 @@ void read_driver_parameters(Parameters parameters, BaseSettings& settings) {
   parameters.read("youBotDriverCycleFrequencyInHz", settings.publish_rate, rates(kMinPublishRate, settings));
   settings.command_rate = settings.publish_rate;  // one loop in the driver
   std::string folder, name = "youbot-base";
-  parameters.read("youBotConfigurationFilePath", folder);
-  parameters.read("youBotBaseName", name);
+  parameters.read("youBotConfigurationFilePath", folder, "a folder");
+  parameters.read("youBotBaseName", name, "the name of a .cfg file in it");
   if (folder.empty()) return;
   try {
     const DriverConfiguration configuration = load_driver_configuration(folder, name);
@@ -74,23 +73,25 @@ void read_lockstep(Parameters& parameters, BaseSettings& settings) {
   LockstepSettings& lockstep = settings.lockstep;
   const double control_period = settings.scene.solver.control_period;
   parameters.read("lockstep", lockstep.on);
-  if (lockstep.on) lockstep.period = control_period * std::max(1.0, std::round(kLockstepPeriod / control_period));
+  lockstep.period = control_period * std::max(1.0, std::round(kLockstepPeriod / control_period));
   const bool given = parameters.read("lockstep_period", lockstep.period, {control_period, 10, "s", true});
   parameters.read("lockstep_timeout", lockstep.timeout, {1e-3, 1e6, "s", true});
   parameters.read("lockstep_strict", lockstep.strict);
   parameters.read("end_with_commands", lockstep.end_with_commands);
   const bool waits = parameters.read("wait_for", lockstep.wait_for);
-  const double periods = lockstep.period / control_period;
   const std::string period = fmt::format("{:g}", lockstep.period);
+  const double periods = lockstep.period / control_period;
   parameters.require(std::abs(periods - std::round(periods)) <= 1e-6, "lockstep_period", period,
                      fmt::format("a multiple of the control period, {:g} s", control_period));
-  parameters.require(lockstep.timeout > 0 || lockstep.period == 0, "lockstep_timeout", "0",
+  parameters.require(lockstep.timeout > 0 || lockstep.period == 0 || !lockstep.on, "lockstep_timeout", "0",
                      "above 0 unless ~lockstep_period is 0: time would wait for ever for a node that does not rest");
   parameters.require(lockstep.on || !lockstep.end_with_commands, "end_with_commands", "true",
                      "false unless ~lockstep is true");
-  parameters.require(lockstep.period > 0 || !waits, "wait_for", "a list", "unset unless ~lockstep is true");
+  parameters.require((lockstep.on && lockstep.period > 0) || !waits, "wait_for", "a list",
+                     "unset unless ~lockstep is true");
   parameters.require(lockstep.on || !given || lockstep.period == 0, "lockstep_period", period,
                      "0 unless ~lockstep is true");
+  if (!lockstep.on) lockstep.period = 0;
 }
 
 void read_motors(Parameters& parameters, BaseSettings& settings) {
@@ -119,30 +120,25 @@ void read_sensors(Parameters& parameters, BaseSensors::Options& sensors) {
   };
   read_errors("imu_rate", imu.rate, 10, "rad/s");
   read_errors("imu_acceleration", imu.acceleration, 100, "m/s^2");
-  std::optional<Eigen::Array3d> position;
-  if (parameters.read("imu_position", position, kLoadPositions)) imu.position = position->matrix();
+  parameters.read("imu_position", imu.position.array(), kLoadPositions);
   if (publish) sensors.imu = imu;
 }
 
+constexpr char kFrames[] = "a frame of at most 200 letters, digits, _ - . and slashes between them";
+
 /// Throws unless `name` can be a frame's.
 void require_frame(const Parameters& parameters, const std::string& parameter, const std::string& name) {
-  constexpr std::size_t kMaxLength = 200;
-  const auto is_allowed = [](char c) {
-    return std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '_' || c == '-' || c == '.' || c == '/';
-  };
-  const bool holds = name.size() <= kMaxLength && name.back() != '/' && name.find("//") == std::string::npos &&
-                     std::all_of(name.begin(), name.end(), is_allowed);
-  parameters.require(holds, parameter, '"' + name + '"',
-                     fmt::format("a frame of at most {} letters, digits, _ - . and slashes between them", kMaxLength));
+  static const std::regex frame("/?[[:alnum:]_.-]+(/[[:alnum:]_.-]+)*");
+  parameters.require(name.size() <= 200 && std::regex_match(name, frame), parameter, '"' + name + '"', kFrames);
 }
 
 /// tf_prefix is searched for upwards from the node's own namespace, as robot_state_publisher does.
 FrameNames read_frames(Parameters& parameters) {
   std::string prefix, odom = kOdometryFrame, base = kBaseFrame, world = kWorldFrame;
-  if (!parameters.read("tf_prefix", prefix)) parameters.search("tf_prefix", prefix);
+  if (!parameters.read("tf_prefix", prefix, kFrames)) parameters.search("tf_prefix", prefix, kFrames);
   if (!prefix.empty()) require_frame(parameters, "tf_prefix", prefix);
   const auto read = [&parameters](const char* name, std::string& frame) {
-    if (parameters.read(name, frame)) require_frame(parameters, name, frame);
+    if (parameters.read(name, frame, kFrames)) require_frame(parameters, name, frame);
   };
   read("odom_frame", odom);
   read("base_frame", base);
@@ -166,9 +162,7 @@ void read_telemetry(Parameters& parameters, BaseSettings& settings) {
   parameters.read("publish_casters", telemetry.casters);
   parameters.read("publish_rollers", telemetry.rollers);
   parameters.read("publish_contacts", telemetry.contacts);
-  parameters.read("joint_velocity_sign", sign);
-  parameters.require(sign == "consistent" || sign == "driver_exact", "joint_velocity_sign", "\"" + sign + "\"",
-                     "consistent or driver_exact");
+  parameters.read_choice("joint_velocity_sign", sign, {"consistent", "driver_exact"});
   telemetry.driver_velocity_sign = sign == "driver_exact";
   telemetry.frames = read_frames(parameters);
   telemetry.markers = marker_options(settings.scene.robot, telemetry.world, telemetry.frames);
@@ -191,11 +185,10 @@ void check_time(const Parameters& parameters, const BaseSettings& settings) {
 
 }  // namespace
 
-BaseSettings read_base_settings(const ros::NodeHandle& node, const ros::NodeHandle& private_node) {
-  Parameters parameters(private_node, "~");
+BaseSettings read_base_settings(Parameters parameters, Parameters driver_parameters) {
   BaseSettings settings;
   settings.scene = read_scene(parameters, read_scene_settings(parameters));
-  read_driver_parameters(Parameters(node, ""), settings);
+  read_driver_parameters(driver_parameters, settings);
   parameters.read("publish_rate", settings.publish_rate, rates(kMinPublishRate, settings));
   parameters.read("command_rate", settings.command_rate, rates(kMinCommandRate, settings, true));
   parameters.read("publish_clock", settings.publish_clock);
@@ -210,7 +203,7 @@ BaseSettings read_base_settings(const ros::NodeHandle& node, const ros::NodeHand
   parameters.read("command_timeout", settings.driver.command_timeout, {0, 1e6, "s"});
   read_sensors(parameters, settings.sensors);
   read_telemetry(parameters, settings);
-  parameters.read("bag", settings.bag);
+  parameters.read("bag", settings.bag, "a file");
   parameters.read("bag_required", settings.bag_required);
   parameters.refuse_others();
   check_time(parameters, settings);

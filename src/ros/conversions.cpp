@@ -43,10 +43,9 @@ geometry_msgs::Quaternion quaternion(double heading) {
 
 /// The wheel of a joint; -1 if it is none's.
 int wheel_of(const std::string& joint) {
-  for (int i = 0; i < kWheels; ++i) {
-    if (joint == wheel_joint(i)) return i;
-  }
-  return -1;
+  int i = kWheels - 1;
+  while (i >= 0 && joint != wheel_joint(i)) --i;
+  return i;
 }
 
 WheelCommand read(const std::vector<brics_actuator::JointValue>& entries, const std::string& unit, DriveMode mode) {
@@ -141,7 +140,7 @@ double time_of(const ros::Time& stamp) {
   return stamp <= ros::TIME_MIN ? 0 : static_cast<double>(stamp.toNSec()) / 1e9;
 }
 
-std::string wheel_joint(int i) { return std::string(kWheelJointPrefix) + kWheelNames[i]; }
+std::string wheel_joint(int i) { return std::string("wheel_joint_") + kWheelNames[i]; }
 
 nav_msgs::Odometry odometry_message(const std::string& frame, const Eigen::Vector3d& pose,
                                     const Eigen::Vector3d& velocity, const ros::Time& stamp, const std::string& child) {
@@ -279,10 +278,7 @@ Wrench wrench_of(const geometry_msgs::WrenchStamped& message, const FrameNames& 
     throw std::runtime_error(fmt::format("header.frame_id = {}: must be {}, {} or {}", quote(frame), frames.base_link(),
                                          frames.world, frames.odom));
   }
-  if (torque.x != 0 || torque.y != 0) {
-    throw std::runtime_error(fmt::format(
-        "wrench.torque.x, y = {}, {}: must be 0, as only torques about the vertical axis act", torque.x, torque.y));
-  }
+  require_zero("wrench.torque.x, y", {torque.x, torque.y});
   const Eigen::Vector3d force = checked("wrench.force", vector_of(message.wrench.force), kWrenchForces);
   return {by_odom ? turned(force, odom_psi) : force, kBaseLinkOrigin,
           checked("wrench.torque.z", torque.z, kWrenchTorques), fixed};

@@ -11,20 +11,17 @@ namespace {
 
 using diagnostic_updater::DiagnosticStatusWrapper;
 
-constexpr char kNoArm[] = "arm is not connected or switched off";  // the driver's words
-
-DiagnosticStatusWrapper driver_status(const char* name, bool ok, const char* if_ok, const char* if_not) {
+DiagnosticStatusWrapper driver_status(const std::string& name, bool ok, const std::string& message) {
   DiagnosticStatusWrapper status;
   status.name = name;
-  status.summary(ok ? status.OK : status.ERROR, ok ? if_ok : if_not);
+  status.summary(ok ? status.OK : status.ERROR, message);
   return status;
 }
 
 DiagnosticStatusWrapper own_status(const std::string& subject, bool ok, const std::string& message) {
-  DiagnosticStatusWrapper status;
-  status.name = "youbot_base_sim: " + subject;
+  DiagnosticStatusWrapper status = driver_status("youbot_base_sim: " + subject, ok, message);
   status.hardware_id = "simulation";
-  status.summary(ok ? status.OK : status.WARN, message);
+  if (!ok) status.level = status.WARN;
   return status;
 }
 
@@ -121,11 +118,13 @@ diagnostic_msgs::DiagnosticArray diagnostics_message(const BaseDriver& driver, c
                                                      bool arm_missed, const ros::Time& stamp) {
   diagnostic_msgs::DiagnosticArray message;
   message.header.stamp = stamp;
+  const bool base = driver.present(), bus = !driver.faults().ethercat_lost;
   message.status = {
-      driver_status("platform_Base", driver.present(), "base is present", "base is not connected or switched off"),
-      driver_status("platform_Arm", !arm_missed, kNoArm, kNoArm),
-      driver_status("platform_EtherCAT", !driver.faults().ethercat_lost, "EtherCAT connnection is established",
-                    "EtherCAT connnection lost"),
+      // the first three in the driver's words
+      driver_status("platform_Base", base, base ? "base is present" : "base is not connected or switched off"),
+      driver_status("platform_Arm", !arm_missed, "arm is not connected or switched off"),
+      driver_status("platform_EtherCAT", bus,
+                    bus ? "EtherCAT connnection is established" : "EtherCAT connnection lost"),
       wheels_status(driver, simulation),
       faults_status(driver.faults()),
       integration_status(simulation),

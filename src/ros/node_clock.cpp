@@ -1,7 +1,6 @@
 #include "youbot_base_sim/ros/node_clock.h"
 
 #include <fmt/format.h>
-#include <ros/master.h>
 #include <rosgraph_msgs/Clock.h>
 
 #include <algorithm>
@@ -9,11 +8,11 @@
 #include <cmath>
 #include <functional>
 #include <stdexcept>
-#include <tuple>
 
 #include "youbot_base_sim/lockstep/clock_followers.h"
 #include "youbot_base_sim/lockstep/step_reports.h"
 #include "youbot_base_sim/ros/conversions.h"
+#include "youbot_base_sim/ros/lookout.h"
 
 namespace youbot_base_sim {
 
@@ -31,17 +30,7 @@ double since(SteadyClock::time_point past) { return std::chrono::duration<double
 
 std::string NodeClock::rivals() const {
   if (clock_subscriber_.getNumPublishers() < 2) return "";
-  XmlRpc::XmlRpcValue request, response, state;
-  request[0] = ros::this_node::getName();
-  std::string names;
-  if (!ros::master::execute("getSystemState", request, response, state, false)) return "nodes unknown";
-  for (int k = 0; k < state[0].size(); ++k) {
-    if (static_cast<std::string>(state[0][k][0]) != kClockTopic) continue;
-    for (int i = 0; i < state[0][k][1].size(); ++i) {
-      names += (i ? ", " : "") + static_cast<std::string>(state[0][k][1][i]);
-    }
-  }
-  return names;
+  return fmt::format("{}", fmt::join(publishers_of(kClockTopic), ", "));
 }
 
 double NodeClock::arrive() {
@@ -146,8 +135,7 @@ class OwnClock : public NodeClock {
  public:
   OwnClock(const BaseSettings& settings, BaseLoop& loop, Publications& publications, ros::NodeHandle& node)
       : NodeClock(loop), factor_(settings.real_time_factor), publications_(publications) {
-    const auto& topic = std::get<Topic<rosgraph_msgs::Clock>>(kTopics);
-    publications.advertise(node, topic, topic.queue_size);
+    publications.advertise(node, kClockTopic, kClockTopic.queue_size);
     subscribe(node);  // to know of other publishers
   }
 

@@ -10,9 +10,9 @@ namespace {
 std::vector<std::string> joint_names(bool casters, int rollers) {
   std::vector<std::string> names;
   for (int i = 0; i < kWheels; ++i) names.push_back(wheel_joint(i));
-  for (int i = 0; casters && i < kWheels; ++i) names.push_back(std::string(kCasterJointPrefix) + kWheelNames[i]);
+  for (int i = 0; casters && i < kWheels; ++i) names.push_back(std::string("caster_joint_") + kWheelNames[i]);
   for (const char* wheel : kWheelNames) {
-    for (int k = 0; k < rollers; ++k) names.push_back(fmt::format("{}{}_{}", kRollerJointPrefix, wheel, k));
+    for (int k = 0; k < rollers; ++k) names.push_back(fmt::format("roller_joint_{}_{}", wheel, k));
   }
   return names;
 }

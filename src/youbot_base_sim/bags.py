@@ -56,7 +56,8 @@ class Damaged(Exception):
 
 class Bag:
     """The messages of a bag. types: {topic: type}. counts: {topic: messages}. start: the earliest time of arrival.
-    problem: None or, at the end of `messages`, in one line why not all of it can be read. notes: lines on its clocks. offsets: {topic: s added to its times}, by names as `absolute` has them."""
+    problem: None or, at the end of `messages`, in one line why not all of it can be read. notes: lines on its clocks.
+    offsets: {topic: s added to its times}, by names as `absolute` has them."""
 
     def __init__(self, path, offsets=(), publishers=()):
         """`offsets`: pairs of a topic and s; `publishers`: pairs of a topic and the only node whose messages are read.

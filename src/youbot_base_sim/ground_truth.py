@@ -25,8 +25,7 @@ ALONG = 2.0        # s: errors of slip last no longer
 DOUBT = 5e-3       # m/s: where the wheels contradict each other by more, the base is not where they roll
 SLIP = np.array([5e-3, 2e-3, 3e-3, 3e-3])  # what slip of hard starts adds to sigma of clock, yaw, X and Y
 LAG = 0.2            # s/(m/s)^2, sigma of the clock where the base lags behind wheels that start, from simulated bags
-TURNS = 0.98         # mean of unit vectors that head like the base: of one that turns
-LEVEL = 2            # deg: a larger tilt is named
+TURNS, LEVEL = 0.98, 2  # mean of unit vectors that head like a base that turns, at most; deg: larger tilts are named
 START = 0.02         # m and rad: until odometry has moved so far, it has hardly drifted
 
 
@@ -57,8 +56,8 @@ def pose_series(t, values, record, topic):
         turned, places = upright(up).T @ turned @ upright(own), places @ upright(up)
         tilts = [math.degrees(math.acos(np.clip(one[2], -1, 1))) for one in (up, own)]
         if max(tilts) > LEVEL:
-            record.notes.append(f"{topic}: the axis of yaw is {tilts[0]:.0f} deg off the tracker's z axis, {tilts[1]:.0f} "
-                                "deg off the marker's: levelled")
+            record.notes.append(f"{topic}: the axis of yaw is {tilts[0]:.0f} deg off the tracker's z axis, "
+                                f"{tilts[1]:.0f} deg off the marker's: levelled")
     return Series(t, {"x": places[:, 0], "y": places[:, 1], "z": places[:, 2], "upright": turned[:, 2, 2],
                       "psi": np.unwrap(np.arctan2(turned[:, 1, 0], turned[:, 0, 0]))})
 

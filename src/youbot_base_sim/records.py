@@ -494,7 +494,7 @@ def velocity_scale(series, base):
 def command_series(t, rates, record, topic):
     """Wheels that a command does not name keep the values before, at first zero."""
     if not np.isfinite(rates[0]).all():
-        record.notes.append(f"{topic}: the first command leaves out wheels: they are at zero, where a base may hold them")
+        record.notes.append(f"{topic}: the first command leaves out wheels: taken as zero, but a base may hold them")
     for wheel in rates.T:
         latest = np.maximum.accumulate(np.where(np.isfinite(wheel), np.arange(len(wheel)), 0))
         wheel[:] = np.nan_to_num(wheel[latest])

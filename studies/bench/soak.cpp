@@ -119,7 +119,7 @@ class Soak {
       for (const RollerSwitch& event : events.switches) add(event, hour);
       if (loop_.meet_instant()) {
         telemetry_.visit(loop_.simulation(), loop_.sensors(), stamp_of(loop_.time()),
-                         [](const char*, const auto& make) { ros::serialization::serializeMessage(make()); });
+                         [](const TopicRow&, const auto& make) { ros::serialization::serializeMessage(make()); });
       }
       loop_.take_driver_events();
     }

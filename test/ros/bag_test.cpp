@@ -37,8 +37,8 @@ std::set<std::string> instant_topics(const Simulation& simulation, const Telemet
   const BaseSensors sensors(simulation.scene(), of_sensors);
   const Telemetry telemetry(simulation.scene(), options);
   std::set<std::string> topics;
-  telemetry.visit(simulation, sensors, ros::Time(), [&](const std::string& topic, const auto&) {
-    if (telemetry.is_requested(topic_row(topic))) topics.insert(absolute(topic));
+  telemetry.visit(simulation, sensors, ros::Time(), [&](const TopicRow& topic, const auto&) {
+    if (telemetry.is_requested(topic)) topics.insert(absolute(topic));
   });
   return topics;
 }
@@ -231,7 +231,7 @@ TEST(BagWriter, places_the_inertial_unit) {
   const Telemetry telemetry(simulation.scene(), options);
   const auto frame_of = [&](const BaseSensors& sensors) {
     std::string frame;
-    telemetry.visit(simulation, sensors, ros::Time(1), [&](const std::string&, const auto& make) {
+    telemetry.visit(simulation, sensors, ros::Time(1), [&](const TopicRow&, const auto& make) {
       if constexpr (std::is_same_v<std::decay_t<decltype(make())>, sensor_msgs::Imu>) frame = make().header.frame_id;
     });
     return frame;
@@ -259,9 +259,11 @@ TEST(Telemetry, leaves_out_the_casters) {
   options.rollers = true;
   const Telemetry telemetry(simulation.scene(), options);
   sensor_msgs::JointState joints;
-  telemetry.visit(simulation, BaseSensors(simulation.scene(), {}), ros::Time(1), [&](const char*, const auto& make) {
-    if constexpr (std::is_same_v<std::decay_t<decltype(make())>, sensor_msgs::JointState>) joints = make();
-  });
+  telemetry.visit(simulation, BaseSensors(simulation.scene(), {}), ros::Time(1),
+                  [&](const TopicRow&, const auto& make) {
+                    if constexpr (std::is_same_v<std::decay_t<decltype(make())>, sensor_msgs::JointState>)
+                      joints = make();
+                  });
   ASSERT_EQ(joints.name.size(), 4u + 4u * 6u);
   EXPECT_EQ(joints.name[3], "wheel_joint_br");
   EXPECT_EQ(joints.name[4], "roller_joint_fl_0");

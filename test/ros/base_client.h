@@ -16,6 +16,7 @@
 
 #include "rostest.h"
 #include "youbot_base_sim/ros/conversions.h"
+#include "youbot_base_sim/ros/topics.h"
 
 namespace youbot_base_sim {
 
@@ -55,6 +56,12 @@ class BaseClient {
   /// Goes on by `periods` control periods, in lockstep, with commands that name no wheel.
   void idle(int periods) {
     for (int k = 0; k < periods; ++k) command(brics_actuator::JointTorques());
+  }
+
+  /// The same, to an instant of publishing, and waits for its messages.
+  void go_on(int periods) {
+    idle(periods);
+    settle();
   }
 
   void pause() { require("base_node/pause"); }

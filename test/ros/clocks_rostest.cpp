@@ -2,13 +2,16 @@
 
 #include <diagnostic_msgs/DiagnosticArray.h>
 #include <geometry_msgs/Twist.h>
+#include <ros/master.h>
 #include <rosgraph_msgs/Clock.h>
+#include <tf2_msgs/TFMessage.h>
 
 #include <algorithm>
 #include <csignal>
 #include <map>
 
 #include "base_process.h"
+#include "youbot_base_sim/ros/conversions.h"
 
 namespace youbot_base_sim {
 namespace {
@@ -80,11 +83,45 @@ TEST_F(Clocks, two_are_named) {
 
 TEST_F(Clocks, one_is_none_too_many) {
   clock_.shutdown();
+  const ros::Publisher commands = node_.advertise<geometry_msgs::Twist>("/alone/cmd_vel", 1);
   BaseProcess base("alone", {"_publish_clock:=true", "_real_time_factor:=10"});
   base.expect_simulated(4);
   base.send(SIGINT);
   base.expect_end(0);
-  EXPECT_EQ(base.said().find("several publishers"), std::string::npos) << base.said();
+  for (const char* warning : {"several publishers", "comes from", "without effect"})
+    EXPECT_EQ(base.said().find(warning), std::string::npos) << base.said();
+}
+
+// What other nodes do that disturbs this one: sources of its odometry and transform, commanders beside each other, and
+// parameters that are set too late. In lockstep it does not look: a run would depend on when it asks the master.
+TEST(Lookout, names_others) {
+  const std::string me = ros::this_node::getName();
+  ros::NodeHandle node("shared");
+  const ros::Publisher odometry = node.advertise<nav_msgs::Odometry>("odom", 1);
+  const ros::Publisher commands = node.advertise<geometry_msgs::Twist>("cmd_vel", 1);
+  const ros::Publisher transforms = node.advertise<tf2_msgs::TFMessage>("/tf", 1);
+  XmlRpc::XmlRpcValue other, response, payload;  // as a second node would register
+  other[0] = "/second";
+  other[1] = "/shared/cmd_vel";
+  other[2] = "geometry_msgs/Twist";
+  other[3] = "http://localhost:1/";
+  ASSERT_TRUE(ros::master::execute("registerPublisher", other, response, payload, false));
+  tf2_msgs::TFMessage message;
+  for (const char* child : {"base_footprint", "base_laser"})
+    message.transforms.push_back(transform_message("map", child, {0, 0, 0}, ros::Time::now()));
+  BaseProcess base("shared", {"_command_timeout:=1"});
+  const auto expect = [&](const std::vector<std::string>& warnings) {
+    for (const std::string& warning : warnings) {
+      wait_for(warning, [&] {
+        transforms.publish(message);
+        return base.said().find(warning) != std::string::npos;
+      });
+    }
+  };
+  expect({"odom comes from " + me, "cmd_vel comes from ", "/second", "TF map -> base_footprint comes from " + me});
+  ros::param::set("/shared/base/command_timeout", 2);
+  expect({"parameter ~command_timeout is set, without effect"});
+  EXPECT_EQ(base.said().find("base_laser"), std::string::npos) << "another's child";
 }
 
 // A node whose time waits says for what, on the console and in /diagnostics, by the names of topics where it runs.
@@ -97,7 +134,7 @@ TEST(Waits, are_told) {
   const std::map<std::string, Case> cases = {
       {"subscribers",
        {{"_wait_for_subscribers:=true", "base/joint_states:=wheels"},
-        "time starts when these topics have subscribers: /tf /subscribers/wheels /subscribers/base/roller_switches"}},
+        " /subscribers/wheels /subscribers/base/roller_switches"}},
       {"lockstep",
        {{"_lockstep:=true", "cmd_vel:=/go"},
         "lockstep: the simulation begins with ~unpause or a command on /go, "

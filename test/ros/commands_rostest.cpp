@@ -136,13 +136,11 @@ TEST(Floods, kinds_may_be_mixed_wheel_by_wheel) {
   brics_actuator::JointTorques torque;
   torque.torques = {entry("wheel_joint_fl", kTorqueUnit, 0.5)};
   base.command(torque);
-  base.idle(300);
-  base.settle();
+  base.go_on(300);
   EXPECT_EQ(base.joints.effort[0], 0.5) << "by torque";
   EXPECT_NEAR(base.joints.velocity[3], 0.2 / 0.0475, 0.3) << "by velocity still";
   base.command(twist(0, 0, 0));
-  base.idle(1000);
-  base.settle();
+  base.go_on(1000);
   EXPECT_NEAR(base.joints.velocity[0], 0, 0.05) << "by velocity again";
 }
 
@@ -189,8 +187,7 @@ class CmdVel : public ::testing::Test {
     base_.command(command);
     RateStep step;
     for (int k = 0; k < 300; ++k) {
-      base_.idle(10);
-      base_.settle();
+      base_.go_on(10);
       double share = 0;
       for (int i = 0; i < kWheels; ++i) share += base_.joints.velocity[i] / rates[i] / kWheels;
       step.add(base_.time(), share);
@@ -211,8 +208,7 @@ TEST_F(CmdVel, is_followed_turning) { expect_like_a_real_base(twist(0, 0, record
 
 TEST_F(CmdVel, tells_the_velocity_in_the_frame_of_the_base) {
   base_.command(twist(0.2, 0, 1));
-  base_.idle(2000);
-  base_.settle();
+  base_.go_on(2000);
   for (const nav_msgs::Odometry& message : {base_.odometry, base_.truth}) {
     EXPECT_NEAR(message.twist.twist.linear.x, 0.2, 0.06) << message.header.frame_id;
     EXPECT_NEAR(message.twist.twist.linear.y, 0, 0.06) << message.header.frame_id;
@@ -223,8 +219,7 @@ TEST_F(CmdVel, tells_the_velocity_in_the_frame_of_the_base) {
 TEST_F(CmdVel, holds_without_a_word) {
   base_.command(twist(0.2, 0, 0));
   // Any command makes time go on; one without a wheel changes nothing.
-  base_.idle(999);
-  base_.settle();
+  base_.go_on(999);
   expect_pose({0.2, 0, 0});
 }
 
@@ -410,14 +405,12 @@ TEST(CommandTimeout, stops_the_base_and_says_so) {
   base.idle(499);  // which name no wheel: they do not count
   base.settle();
   EXPECT_GT(base.odometry.twist.twist.linear.x, 0.3);
-  base.idle(501);
-  base.settle();
+  base.go_on(501);
   EXPECT_NEAR(base.odometry.twist.twist.linear.x, 0, 0.02);
   log.expect(rosgraph_msgs::Log::WARN, {"no command for 0.5 s", "stopped"});
 
   base.command(twist(0.4, 0, 0));
-  base.idle(400);
-  base.settle();
+  base.go_on(400);
   EXPECT_GT(base.odometry.twist.twist.linear.x, 0.3) << "the next command moves it again";
 }
 

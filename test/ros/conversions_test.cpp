@@ -89,9 +89,8 @@ TEST(WheelCommand, takes_the_first_of_several_with_the_right_unit) {
 
 TEST(WheelCommand, complains_about_a_bounded_number_of_subjects) {
   const auto subject = [](double value) {
-    return wheel_command(torques({entry("wheel_joint_fl", "unit " + std::to_string(value), value)}))
-        .complaints.at(0)
-        .subject;
+    const auto one = entry("wheel_joint_fl", "unit " + std::to_string(value), value);
+    return wheel_command(torques({one})).complaints.at(0).subject;
   };
   EXPECT_EQ(subject(1), subject(2));
 }
@@ -122,15 +121,9 @@ TEST(CovarianceMessage, is_of_x_y_and_yaw) {
   Eigen::Matrix3d covariance;
   covariance << 1, 2, 3, 2, 4, 5, 3, 5, 6;
   const auto message = covariance_message(covariance);
-  EXPECT_EQ(message[0], 1);
-  EXPECT_EQ(message[1], 2);
-  EXPECT_EQ(message[5], 3);
-  EXPECT_EQ(message[6], 2);
-  EXPECT_EQ(message[7], 4);
-  EXPECT_EQ(message[11], 5);
-  EXPECT_EQ(message[30], 3);
-  EXPECT_EQ(message[31], 5);
-  EXPECT_EQ(message[35], 6);
+  for (const auto& [at, expected] :
+       {std::pair(0, 1), {1, 2}, {5, 3}, {6, 2}, {7, 4}, {11, 5}, {30, 3}, {31, 5}, {35, 6}})
+    EXPECT_EQ(message[at], expected) << at;
   for (const int i : {14, 21, 28}) EXPECT_GE(message[i], 1e6) << "z, roll and pitch are unknown";
   EXPECT_EQ(message[2], 0);
 }
@@ -150,9 +143,6 @@ TEST(OdometryMessage, tells_pose_and_velocity) {
   EXPECT_EQ(message.twist.twist.linear.y, 4);
   EXPECT_EQ(message.twist.twist.angular.z, 5);
   for (const double covariance : message.pose.covariance) EXPECT_EQ(covariance, 0);
-}
-
-TEST(OdometryMessage, has_no_negative_zero) {
   const auto twist = odometry_message("odom", {0, 0, 0}, {-0.0, -0.0, -0.0}, ros::Time(1)).twist.twist;
   for (const double rate : {twist.linear.x, twist.linear.y, twist.angular.z}) EXPECT_FALSE(std::signbit(rate));
 }
@@ -168,15 +158,9 @@ TEST(RollerSwitchMessage, tells_everything) {
   EXPECT_EQ(message.phi, -1.5);
   EXPECT_EQ(message.t, 0.25);
   EXPECT_EQ(message.count, 1) << "a located one, unless it says otherwise";
-}
-
-TEST(RollerSwitchMessage, may_stand_for_many) {
   constexpr std::int64_t kMany = 5'000'000'000;  // more than 32 bits hold
-  const auto message = roller_switch_message({0.25, 0, 0, 2, -1.5, -1, kMany}, ros::Time(7.25));
-  EXPECT_EQ(message.count, kMany);
-  EXPECT_EQ(message.direction, -1);
-  EXPECT_EQ(message.roller_from, 0);
-  EXPECT_EQ(message.roller_to, 2);
+  EXPECT_EQ(roller_switch_message({0.25, 0, 0, 2, -1.5, -1, kMany}, ros::Time(7.25)).count, kMany);
+  EXPECT_EQ(roller_switch_message({0.25, 0, 0, 2, -1.5, -1, kMany}, ros::Time(7.25)).direction, -1);
 }
 
 TEST(WrenchOf, turns_what_odometrys_frame_has_by_that_frames_heading) {

@@ -14,8 +14,7 @@ class MotorServices : public ::testing::Test {
  protected:
   void SetUp() override {
     base_.command(twist(0.4, 0, 0));
-    base_.idle(499);
-    base_.settle();
+    base_.go_on(499);
     EXPECT_GT(base_.truth.twist.twist.linear.x, 0.35);
   }
 
@@ -24,8 +23,7 @@ class MotorServices : public ::testing::Test {
 
 TEST_F(MotorServices, off_means_free_wheels) {
   EXPECT_TRUE(base_.call("base/switchOffMotors"));
-  base_.idle(200);
-  base_.settle();
+  base_.go_on(200);
   for (int i = 0; i < kWheels; ++i) EXPECT_EQ(base_.joints.effort[i], 0) << kWheelNames[i];
   // Bearings alone, 0.11 N m s/rad a wheel, brake 36 kg with a time constant of 0.2 s: exp(-1).
   EXPECT_GT(base_.truth.twist.twist.linear.x, 0.1);
@@ -35,15 +33,13 @@ TEST_F(MotorServices, next_command_energises) {
   EXPECT_TRUE(base_.call("base/switchOffMotors"));
   base_.idle(200);
   base_.command(twist(0.4, 0, 0));
-  base_.idle(500);
-  base_.settle();
+  base_.go_on(500);
   EXPECT_GT(base_.truth.twist.twist.linear.x, 0.35);
 }
 
 TEST_F(MotorServices, on_means_at_rest) {
   EXPECT_TRUE(base_.call("base/switchOnMotors"));
-  base_.idle(500);
-  base_.settle();
+  base_.go_on(500);
   EXPECT_NEAR(base_.truth.twist.twist.linear.x, 0, 0.01);
 }
 
@@ -51,21 +47,18 @@ TEST_F(MotorServices, on_means_at_rest) {
 TEST(SilentMotor, drags_while_the_driver_goes_on) {
   BaseClient& base = BaseClient::fresh();
   base.command(twist(0.4, 0, 0));
-  base.idle(499);
-  base.settle();
+  base.go_on(499);
   const double position = base.joints.position[1];
   SetFaults::Request faults;
   faults.silent[1] = true;
   base.set_faults(faults);
   base.command(twist(0, 0, 0));  // does not reach it
-  base.idle(999);
-  base.settle();
+  base.go_on(999);
   EXPECT_NEAR(base.joints.position[1], position, 0.02);
   EXPECT_GT(base.joints.velocity[1], 5) << "of before";
   EXPECT_NEAR(base.joints.velocity[0], 0, 0.1);
   base.set_faults({});
-  base.idle(500);
-  base.settle();
+  base.go_on(500);
   EXPECT_NEAR(base.joints.velocity[1], 0, 0.1) << "what the command was";
 }
 
@@ -76,8 +69,7 @@ TEST(EncoderFaults, slipping_encoder_bends_the_odometry) {
   faults.encoder_slip[0] = faults.encoder_slip[2] = 0.2;  // on the left
   base.set_faults(faults);
   base.command(twist(0.4, 0, 0));
-  base.idle(999);
-  base.settle();
+  base.go_on(999);
   EXPECT_NEAR(heading(base.truth.pose.pose.orientation), 0, 0.05);
   EXPECT_NEAR(base.joints.position[0], 0.8 * base.joints.position[1], 0.05 * base.joints.position[1]);
   // A fifth of what the left wheels rolled, over the width that the driver reckons with.
@@ -93,8 +85,7 @@ TEST(EncoderFaults, noise_is_on_readings_alone) {
   base.set_faults(faults);
   double most = 0;
   for (int k = 0; k < 100; ++k) {
-    base.idle(1);
-    base.settle();
+    base.go_on(1);
     most = std::max(most, std::abs(base.joints.position[3]));
   }
   // The largest of 100 normal deviates is between 1.5 and 5 deviations, but for once in 10^4 runs; and each run has the
@@ -110,8 +101,7 @@ TEST(EthercatLoss, takes_the_base_away_until_reconnect) {
   Log& log = Log::of(base);
   base.reset();
   base.command(twist(0.4, 0, 0));
-  base.idle(499);
-  base.settle();
+  base.go_on(499);
   EXPECT_GT(base.odometry.pose.pose.position.x, 0.1);
 
   SetFaults::Request lost;
@@ -145,16 +135,13 @@ TEST(EthercatLoss, takes_the_base_away_until_reconnect) {
   EXPECT_LT(time_of(base.odometry.header.stamp), 0.61) << "it takes a reconnect";
 
   EXPECT_TRUE(base.call("reconnect"));
-  base.idle(1);
-  base.settle();
+  base.go_on(1);
   EXPECT_NEAR(base.odometry.pose.pose.position.x, 0, 1e-3) << "odometry starts again";
   EXPECT_GT(base.joints.position[0], 2.0) << "encoders do not";
-  base.idle(500);
-  base.settle();
+  base.go_on(500);
   EXPECT_NEAR(base.truth.twist.twist.linear.x, 0, 0.02) << "the wheels are kept at rest";
   base.command(twist(0.4, 0, 0));
-  base.idle(300);
-  base.settle();
+  base.go_on(300);
   EXPECT_GT(base.odometry.twist.twist.linear.x, 0.3);
 }
 
@@ -163,8 +150,7 @@ TEST(EthercatLoss, takes_the_base_away_until_reconnect) {
 TEST(JointSigns, are_the_drivers) {
   BaseClient& base = BaseClient::fresh();
   base.command(torque_message(Wheels::Constant(0.5), {}));
-  base.idle(499);
-  base.settle();
+  base.go_on(499);
   for (int i = 0; i < kWheels; ++i) {
     const double sign = i % 2 == 0 ? -1 : 1;  // fl and bl
     EXPECT_GT(base.joints.position[i], 0.1) << kWheelNames[i];
@@ -218,8 +204,7 @@ TEST(Quantized, readings_are_whole_numbers) {
   double x = 0;
   std::size_t moved = 0;
   for (int k = 0; k < 300; ++k) {
-    base.idle(1);
-    base.settle();
+    base.go_on(1);
     for (int i = 0; i < kWheels; ++i) {
       expect_whole(base.joints.position[i], kTick, "position");
       expect_whole(base.joints.velocity[i], kRpm, "velocity");
@@ -248,11 +233,9 @@ TEST(Quantized, torques_arrive_in_milliamperes) {
 TEST(MotorSettings, are_the_scenes_unless_a_parameter_is_given) {
   BaseClient& base = BaseClient::fresh();
   base.command(torque_message(Wheels::Constant(2), base.clock()));
-  base.idle(49);
-  base.settle();
+  base.go_on(49);
   EXPECT_NEAR(base.joints.effort[0], 0, 1e-3) << "the parameter's delay is longer than the scene's";
-  base.idle(1);
-  base.settle();
+  base.go_on(1);
   EXPECT_NEAR(base.joints.effort[0], 0.8, 1e-12) << "the scene's limit";
 }
 
@@ -263,15 +246,13 @@ TEST(DryFriction, holds_but_for_creep_and_lets_go) {
   const double T = 0.5, M = 0.4, creep = robot.dry_friction_rate * M / std::sqrt(T * T - M * M);
   BaseClient& base = BaseClient::fresh();
   base.command(torque_message(Wheels::Constant(M), {}));
-  base.idle(999);
-  base.settle();
+  base.go_on(999);
   EXPECT_NEAR(base.joints.velocity[0], creep, 0.02 * creep);
   EXPECT_NEAR(base.truth.twist.twist.linear.x, robot.R * creep, 0.02 * robot.R * creep);
   EXPECT_EQ(base.joints.effort[0], M) << "the motor's torque, as its current tells";
 
   base.command(torque_message(Wheels::Constant(0.8), {}));
-  base.idle(999);
-  base.settle();
+  base.go_on(999);
   EXPECT_GT(base.truth.twist.twist.linear.x, 0.1);
 }
 
@@ -289,8 +270,7 @@ TEST(OdometryCovariance, covers_the_error) {
   BaseClient& base = BaseClient::fresh();
   for (const auto& command : {twist(0.4, 0, 0), twist(0, 0.3, 0), twist(0.2, 0.1, 0.8)}) {
     base.command(command);
-    base.idle(999);
-    base.settle();
+    base.go_on(999);
     const auto& truth = base.truth.pose.pose;
     const auto& odometry = base.odometry.pose.pose;
     const Eigen::Vector3d error(odometry.position.x - truth.position.x, odometry.position.y - truth.position.y,

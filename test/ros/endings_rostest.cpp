@@ -20,6 +20,7 @@
 #include "promises/refusals.h"
 #include "rostest.h"
 #include "youbot_base_sim/ros/conversions.h"
+#include "youbot_base_sim/ros/topics.h"
 
 namespace youbot_base_sim {
 namespace {

@@ -18,6 +18,10 @@
 namespace youbot_base_sim {
 namespace {
 
+BaseSettings read_base_settings() {
+  return youbot_base_sim::read_base_settings({ros::NodeHandle("~"), "~"}, {ros::NodeHandle(), ""});
+}
+
 /// The line that refuses the parameters as they are set; empty if they are accepted.
 std::string refusal() {
   return error_of<ParameterError>([] { read_base_settings(); });
@@ -117,6 +121,27 @@ TEST_F(RefusedParameters, names_that_are_unknown) {
     SCOPED_TRACE(name);
     expect_refusal(refusal_of(name, 1), {name.substr(0, name.find('/')), "unknown", "publish_rate"});
   }
+  expect_refusal(refusal_of("~publsh_rate", 1), {"; did you mean publish_rate?"});
+  for (const auto& [name, wrong, right] : {std::tuple("~joint_velocity_sign", "consistant", "consistent"),
+                                           {"~model", "colomb", "coulomb"},
+                                           {"~profile", "measure", "measured"}}) {
+    expect_refusal(refusal_of(name, std::string(wrong)), {name, wrong, std::string("; did you mean ") + right + "?"});
+  }
+}
+
+TEST_F(RefusedParameters, are_in_the_help_with_default_and_unit) {
+  std::string help;
+  for (const char* path : {BASE_NODE, PLAY_SCENE}) {
+    Program program("/usr/bin/env", {"-u", "ROS_MASTER_URI", path, "--help"});
+    EXPECT_EQ(program.wait(), 0) << program.err();
+    help += program.out();
+  }
+  for (const std::string& name : names_) EXPECT_NE(help.find("\n  " + name + " "), std::string::npos) << name << help;
+  for (const char* line : {"~publish_rate +50 .* Hz", "~joint_velocity_sign +driver_exact +consistent or driver_exact",
+                           "~control_period +the scene's .*10 s", "~imu_position +\\[0, 0, 0\\] .* m\n",
+                           "~duration +the scene's .* s\n"}) {
+    EXPECT_TRUE(std::regex_search(help, std::regex(line))) << line << help;
+  }
 }
 
 TEST_F(RefusedParameters, frames_that_make_a_loop) {
@@ -214,60 +239,49 @@ class WrongConfiguration : public ::testing::Test {
     expect_words(process.out() + process.err(), words);
   }
 
-  /// The same, within this process, for a parameter of base_node.
-  template <class Value>
-  void expect_base_refuses(const std::string& parameter, const Value& value, const std::vector<std::string>& words) {
-    expect_words(refusal_of(parameter, value), words);
-  }
-
   TemporaryFolder folder_;
 };
 
 TEST_F(WrongConfiguration, ends_the_node) { expect_refused(BASE_NODE, {"_publish_rate:=2000"}, {"~publish_rate"}); }
 
-TEST_F(WrongConfiguration, value_out_of_range) {
-  expect_base_refuses("~publish_rate", 2000, {"~publish_rate", "2000", "1000 Hz"});
-  expect_base_refuses("~publish_rate", 0.0001, {"~publish_rate", "0.0001", "from 0.001"});
-  expect_base_refuses("~command_rate", 0.01, {"~command_rate", "0.01", "0 or from 0.1 to 1000 Hz"});
-  expect_base_refuses("~control_period", -1, {"~control_period", "-1", "1e-06 to 10 s"});
-  expect_base_refuses("~control_period", std::nan(""), {"~control_period", "nan"});
-  expect_base_refuses("~control_period", 0.2, {"~control_period", "0.2", "less than 0.02816 s"});
-  expect_base_refuses("~driver_wheel_radius", 0, {"~driver_wheel_radius", "0", "m"});
-}
-
-TEST_F(WrongConfiguration, value_of_the_wrong_kind) {
-  expect_base_refuses("~publish_rate", "often", {"~publish_rate", "often", "a finite number"});
-  expect_base_refuses("~publish_tf", 3, {"~publish_tf", "3", "true or false"});
-  expect_base_refuses("~scene", 3, {"~scene", "3"});
-}
-
-TEST_F(WrongConfiguration, control_period_of_the_scene) {
+TEST_F(WrongConfiguration, value_out_of_range_or_of_the_wrong_kind) {
+  expect_words(refusal_of("~publish_rate", 2000), {"~publish_rate", "2000", "1000 Hz"});
+  expect_words(refusal_of("~publish_rate", 0.0001), {"~publish_rate", "0.0001", "from 0.001"});
+  expect_words(refusal_of("~command_rate", 0.01), {"~command_rate", "0.01", "0 or from 0.1 to 1000 Hz"});
+  expect_words(refusal_of("~control_period", -1), {"~control_period", "-1", "1e-06 to 10 s"});
+  expect_words(refusal_of("~control_period", std::nan("")), {"~control_period", "nan"});
+  expect_words(refusal_of("~control_period", 0.2), {"~control_period", "0.2", "less than 0.02816 s"});
+  expect_words(refusal_of("~driver_wheel_radius", 0), {"~driver_wheel_radius", "0", "m"});
+  expect_words(refusal_of("~publish_rate", "often"), {"~publish_rate", "often", "a finite number"});
+  expect_words(refusal_of("~publish_tf", 3), {"~publish_tf", "3", "true or false"});
+  expect_words(refusal_of("~scene", "/nowhere/scene.yaml"), {"~scene", "/nowhere/scene.yaml"});
+  expect_words(refusal_of("~model", "sticky"), {"~model", "sticky", "coulomb"});
   const std::string slow = folder_.write("slow.yaml", "duration: 1.0\nsolver: {control_period: 100.0}\n");
-  expect_base_refuses("~scene", slow, {"~scene", "control_period", "100"});
+  expect_words(refusal_of("~scene", slow), {"~scene", "control_period", "100"});
 }
 
 TEST_F(WrongConfiguration, parameter_of_the_driver) {
-  expect_base_refuses("/youBotHasBase", false, {"youBotHasBase", "false", "true"});
-  expect_base_refuses("/youBotHasBase", 3, {"youBotHasBase", "3", "true or false"});
-  expect_base_refuses("/youBotDriverCycleFrequencyInHz", -50.0, {"youBotDriverCycleFrequencyInHz", "-50", "Hz"});
-  expect_base_refuses("/youBotDriverCycleFrequencyInHz", 2000.0,
-                      {"youBotDriverCycleFrequencyInHz", "2000", "1000 Hz: at most once a control period"});
-  expect_base_refuses("/youBotConfigurationFilePath", "/nowhere",
-                      {"youBotConfigurationFilePath", "/nowhere/youbot-base.cfg"});
+  expect_words(refusal_of("/youBotHasBase", false), {"youBotHasBase", "false", "true"});
+  expect_words(refusal_of("/youBotHasBase", 3), {"youBotHasBase", "3", "true or false"});
+  expect_words(refusal_of("/youBotDriverCycleFrequencyInHz", -50.0), {"youBotDriverCycleFrequencyInHz", "-50", "Hz"});
+  expect_words(refusal_of("/youBotDriverCycleFrequencyInHz", 2000.0),
+               {"youBotDriverCycleFrequencyInHz", "2000", "1000 Hz: at most once a control period"});
+  expect_words(refusal_of("/youBotConfigurationFilePath", "/nowhere"),
+               {"youBotConfigurationFilePath", "/nowhere/youbot-base.cfg"});
 }
 
 TEST_F(WrongConfiguration, of_motors_and_odometry) {
-  expect_base_refuses("~joint_velocity_sign", "left", {"~joint_velocity_sign", "left", "driver_exact"});
-  expect_base_refuses("~command_timeout", -1, {"~command_timeout", "-1", "s"});
-  expect_base_refuses("~odometry_wheel_error", 2, {"~odometry_wheel_error", "2"});
-  expect_base_refuses("~max_wheel_torque", -1, {"~max_wheel_torque", "-1", "N m"});
-  expect_base_refuses("~command_delay", 61, {"~command_delay", "61", "60 s"});
-  expect_base_refuses("~profile", "real", {"profile", "real", "measured_a or measured_b"});
+  expect_words(refusal_of("~joint_velocity_sign", "left"), {"~joint_velocity_sign", "left", "driver_exact"});
+  expect_words(refusal_of("~command_timeout", -1), {"~command_timeout", "-1", "s"});
+  expect_words(refusal_of("~odometry_wheel_error", 2), {"~odometry_wheel_error", "2"});
+  expect_words(refusal_of("~max_wheel_torque", -1), {"~max_wheel_torque", "-1", "N m"});
+  expect_words(refusal_of("~command_delay", 61), {"~command_delay", "61", "60 s"});
+  expect_words(refusal_of("~profile", "real"), {"profile", "real", "measured_a or measured_b"});
   ros::param::set("~profile", "paper");
-  expect_base_refuses("~friction_scale", 2, {"~friction_scale", "2", "profile = measured"});
+  expect_words(refusal_of("~friction_scale", 2), {"~friction_scale", "2", "profile = measured"});
   ros::param::del("~profile");
-  expect_base_refuses("~dry_friction", -0.1, {"~dry_friction", "-0.1", "N m"});
-  expect_base_refuses("~command_rate", 1001, {"~command_rate", "1001", "1000 Hz"});
+  expect_words(refusal_of("~dry_friction", -0.1), {"~dry_friction", "-0.1", "N m"});
+  expect_words(refusal_of("~command_rate", 1001), {"~command_rate", "1001", "1000 Hz"});
 }
 
 // A scene means what it means offline.
@@ -281,22 +295,17 @@ TEST_F(WrongConfiguration, none_is_a_real_base_by_default) {
   ros::param::del("~scene");
 }
 
-TEST_F(WrongConfiguration, scene) {
-  expect_base_refuses("~scene", "/nowhere/scene.yaml", {"~scene", "/nowhere/scene.yaml"});
-  expect_base_refuses("~model", "sticky", {"~model", "sticky", "coulomb"});
-}
-
 TEST_F(WrongConfiguration, clock_of_its_own_but_not_its_master) {
-  expect_base_refuses("~lockstep", true, {"~lockstep", "~publish_clock"});
-  expect_base_refuses("~lockstep_period", 0.02, {"~lockstep_period", "0.02", "~lockstep"});
-  expect_base_refuses("~lockstep_period", 0.0015, {"~lockstep_period", "0.0015", "multiple", "0.001 s"});
-  expect_base_refuses("~end_with_commands", true, {"~end_with_commands", "~lockstep"});
-  expect_base_refuses("~wait_for", std::vector<std::string>{"a"}, {"~wait_for", "a list", "~lockstep"});
-  expect_base_refuses("~start_paused", true, {"~start_paused", "~publish_clock"});
-  expect_base_refuses("~real_time_factor", 2, {"~real_time_factor", "2", "~publish_clock"});
-  expect_base_refuses("~real_time_factor", 1e-300, {"~real_time_factor", "0 or from 0.001"});
+  expect_words(refusal_of("~lockstep", true), {"~lockstep", "~publish_clock"});
+  expect_words(refusal_of("~lockstep_period", 0.02), {"~lockstep_period", "0.02", "~lockstep"});
+  expect_words(refusal_of("~lockstep_period", 0.0015), {"~lockstep_period", "0.0015", "multiple", "0.001 s"});
+  expect_words(refusal_of("~end_with_commands", true), {"~end_with_commands", "~lockstep"});
+  expect_words(refusal_of("~wait_for", std::vector<std::string>{"a"}), {"~wait_for", "a list", "~lockstep"});
+  expect_words(refusal_of("~start_paused", true), {"~start_paused", "~publish_clock"});
+  expect_words(refusal_of("~real_time_factor", 2), {"~real_time_factor", "2", "~publish_clock"});
+  expect_words(refusal_of("~real_time_factor", 1e-300), {"~real_time_factor", "0 or from 0.001"});
   ros::param::set("~lockstep", true);
-  expect_base_refuses("~lockstep_timeout", 0, {"~lockstep_timeout", "0", "~lockstep_period"});
+  expect_words(refusal_of("~lockstep_timeout", 0), {"~lockstep_timeout", "0", "~lockstep_period"});
   ros::param::del("~lockstep");
 }
 
@@ -312,7 +321,9 @@ TEST_F(WrongConfiguration, bag_that_cannot_be_written) {
   EXPECT_EQ(folder_.read("scene.yaml"), "duration: 1.0\n");
 }
 
-TEST_F(WrongConfiguration, argument) { expect_refused(BASE_NODE, {"fast"}, {"fast"}); }
+TEST_F(WrongConfiguration, argument) {
+  for (const char* argument : {"fast", "--unknown"}) expect_refused(BASE_NODE, {argument}, {argument, "--help"});
+}
 
 TEST_F(WrongConfiguration, nothing_to_play) {
   expect_refused(PLAY_SCENE, {}, {"~scene", "missing"});

@@ -230,8 +230,7 @@ TEST(SetState, puts_the_base_and_its_wheels_and_leaves_odometry) {
   base.command(twist(0.3, 0, 0));
   base.idle(300);
   base.command(twist(0, 0, 0));
-  base.idle(1000);
-  base.settle();
+  base.go_on(1000);
   const nav_msgs::Odometry before = base.odometry;
   nav_msgs::Odometry noted;
   ros::NodeHandle node;
@@ -243,8 +242,7 @@ TEST(SetState, puts_the_base_and_its_wheels_and_leaves_odometry) {
   request.pose = pose(-3, 4, 0.5);
   request.wheel_angles = {1, 2, 3, 4};
   EXPECT_TRUE(set_state(request).success);
-  base.idle(1);
-  base.settle();
+  base.go_on(1);
   wait_for("the note", [&] { return !noted.header.stamp.isZero(); });
   expect_at(noted, -3, 4, 0.5, 1e-15);
   EXPECT_EQ(noted.header.stamp + ros::Duration(0.001), base.truth.header.stamp);
@@ -259,15 +257,13 @@ TEST(SetState, puts_the_base_and_its_wheels_and_leaves_odometry) {
   request.pose = pose(1, 0, 0);
   request.twist.linear.x = 0.2;
   EXPECT_TRUE(set_state(request).success);
-  base.idle(1);
-  base.settle();
+  base.go_on(1);
   expect_at(base.truth, 2, 2, M_PI / 2, 1e-3);
   EXPECT_NEAR(base.truth.twist.twist.linear.x, 0.2, 0.05);
   request.reference_frame = "world";
   request.pose = pose(0, 0, M_PI / 2);
   EXPECT_TRUE(set_state(request).success);
-  base.idle(1);
-  base.settle();
+  base.go_on(1);
   EXPECT_NEAR(base.truth.twist.twist.linear.y, -0.2, 0.05) << "along x of the world";
 }
 
@@ -291,8 +287,7 @@ TEST(SetState, refuses_what_no_base_has_and_says_why) {
                  [](auto& request) { request.reference_frame = "map"; });
   expect_refused("wheel_angles: 3 numbers", [](auto& request) { request.wheel_angles = {1, 2, 3}; });
   expect_refused("wheel_angles[2] = nan", [&](auto& request) { request.wheel_angles = {1, 2, kNan, 4}; });
-  base.idle(2);
-  base.settle();
+  base.go_on(2);
   expect_at(base.truth, 2, 1, M_PI / 2);
 }
 
@@ -309,8 +304,7 @@ TEST(InitialPose, puts_the_base_where_rviz_says) {
   message.header.frame_id = "plan";
   message.pose.pose = pose(-1, -2, 3);
   rviz.publish(message);
-  for (int k = 0; k < 2000 && base.truth.pose.pose.position.x > 0; ++k) base.idle(1);
-  base.settle();
+  for (int k = 0; k < 2000 && base.truth.pose.pose.position.x > 0; ++k) base.go_on(1);
   expect_at(base.truth, -1, -2, 3, 1e-6);
   log.expect(rosgraph_msgs::Log::WARN, {"header.frame_id = map", "rejected"});
 }

@@ -159,7 +159,7 @@ class BagsTest(harness.RunsAnalyse):
     def test_commands_of_which_none_can_be_read_are_one_line(self):
         bag = self.write("short.bag", Twist._full_text, "geometry_msgs/Twist", bytes(7))
         said = self.table(bag, "--topic", "/joint_states", "--velocity", self.path("a.csv"), status=2)
-        self.assertRegex(said, "^table_from_bag: .*short.bag: /joint_states has no message that can be read; it has [^\\n]*\\n$")
+        self.assertRegex(said, "^table_from_bag: .*short.bag: /joint_states has no message that can be read; .*\n$")
 
     def test_a_chunk_is_unpacked_to_the_size_that_it_says(self):
         from youbot_base_sim.bags import decompressed

@@ -20,6 +20,8 @@ class Bag;
 
 namespace youbot_base_sim {
 
+constexpr double kBagMarkersRate = 25;  ///< Hz, at most: as smooth as a film, in bags of any rate
+
 /// Writes a bag inside the process that simulates: topics, in a namespace, frames and contents of base_node, and
 /// complete, which a recorder at the other end of a topic cannot promise. `stamp_at(t)` is the stamp of simulated time
 /// t, s. Needs no ROS master.
@@ -54,7 +56,7 @@ class BagWriter {
 
  private:
   template <class Message>
-  void write(const std::string& topic, const ros::Time& stamp, Message message);
+  void write(const TopicRow& topic, const ros::Time& stamp, Message message);
   template <class Action>
   void guarded(const Action& action);
   void open_bag();

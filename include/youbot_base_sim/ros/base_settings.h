@@ -1,11 +1,10 @@
 #pragma once
 
-#include <ros/node_handle.h>
-
 #include <string>
 #include <vector>
 
 #include "youbot_base_sim/loop/base_loop.h"
+#include "youbot_base_sim/ros/program.h"
 #include "youbot_base_sim/ros/telemetry.h"
 
 namespace youbot_base_sim {
@@ -47,9 +46,7 @@ struct BaseSettings : LoopSettings {
   Telemetry::Options telemetry;        ///< names of frames, sign of joint velocities, what else is published
 };
 
-/// Reads and checks all parameters: the driver's in the namespace of `node`, the others in that of `private_node`.
-/// Throws ParameterError for a bad, unknown or contradictory one.
-BaseSettings read_base_settings(const ros::NodeHandle& node = {},
-                                const ros::NodeHandle& private_node = ros::NodeHandle("~"));
+/// Reads and checks all parameters, the driver's apart. Throws ParameterError for a bad, unknown or contradictory one.
+BaseSettings read_base_settings(Parameters parameters, Parameters driver_parameters);
 
 }  // namespace youbot_base_sim

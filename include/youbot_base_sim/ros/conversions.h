@@ -25,7 +25,6 @@
 #include "youbot_base_sim/drive/driver_kinematics.h"
 #include "youbot_base_sim/loop/base_requests.h"
 #include "youbot_base_sim/ros/frame_names.h"
-#include "youbot_base_sim/ros/node_constants.h"
 #include "youbot_base_sim/sensors/imu.h"
 #include "youbot_base_sim/simulation.h"
 

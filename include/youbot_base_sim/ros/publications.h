@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <boost/make_shared.hpp>
 #include <cstdint>
-#include <functional>
 #include <map>
 #include <string>
 
@@ -17,8 +16,7 @@ namespace youbot_base_sim {
 /// changes only where the node processes its callbacks.
 class Publications {
  public:
-  /// Calls `on_change` whenever a subscriber comes or goes.
-  explicit Publications(std::function<void()> on_change) : on_change_(std::move(on_change)) {}
+  Publications() = default;
   Publications(const Publications&) = delete;
   Publications& operator=(const Publications&) = delete;
 
@@ -26,9 +24,8 @@ class Publications {
   void advertise(ros::NodeHandle& node, const Topic<Message>& topic, std::uint32_t queue_size) {
     Publication& publication = publications_[topic.name];
     publication.row = topic;
-    const auto count = [this, &publication](const ros::SingleSubscriberPublisher&) {
+    const auto count = [&publication](const ros::SingleSubscriberPublisher&) {
       publication.heard = publication.publisher.getNumSubscribers() > 0;
-      on_change_();
     };
     publication.publisher =
         node.advertise<Message>(topic.name, queue_size, count, count, ros::VoidConstPtr(), topic.is(kLatched));
@@ -43,7 +40,7 @@ class Publications {
   /// Publishes the message that make() makes, if the topic is advertised and has a subscriber or is latched. Nodelets
   /// of the same manager get it without a copy.
   template <class Make>
-  void publish(const std::string& topic, const Make& make) const {
+  void publish(const TopicRow& topic, const Make& make) const {
     const auto found = publications_.find(topic);
     if (found == publications_.end()) return;
     const Publication& publication = found->second;
@@ -66,7 +63,6 @@ class Publications {
     bool heard = false;
   };
 
-  std::function<void()> on_change_;
   std::map<std::string, Publication> publications_;
 };
 

@@ -28,7 +28,7 @@ class Telemetry {
   /// Telemetry of the robot of `scene`.
   Telemetry(const Scene& scene, const Options& options);
 
-  /// Calls `topic(name, make)` for each topic that has one message an instant; make() makes it, with `stamp`, from
+  /// Calls `topic(row, make)` for each topic that has one message an instant; make() makes it, with `stamp`, from
   /// `simulation` and the last update of `sensors`.
   template <class Topic>
   void visit(const Simulation& simulation, const BaseSensors& sensors, const ros::Time& stamp, Topic&& topic) const {
@@ -42,7 +42,7 @@ class Telemetry {
     if (!wrenches.empty()) topic(kAppliedWrenchTopic, [&] { return push(wrenches, simulation.state().psi(), stamp); });
   }
 
-  /// Calls `topic(name, stamp, make)` for each event; `stamp_at(t)` makes the stamp of simulated time t, s.
+  /// Calls `topic(row, stamp, make)` for each event; `stamp_at(t)` makes the stamp of simulated time t, s.
   template <class StampAt, class Topic>
   void visit(const Events& events, const StampAt& stamp_at, Topic&& topic) const {
     const FrameNames& frames = options_.frames;

@@ -12,23 +12,17 @@ namespace youbot_base_sim {
 /// time, which may stand still.)
 class ThrottledLog {
  public:
-  void warn(const std::string& subject, const std::string& text) {
-    if (due(subject)) ROS_WARN_STREAM(text);
+  void log(ros::console::Level level, const std::string& subject, const std::string& text) {
+    const auto now = Clock::now();
+    if (now < next_[subject]) return;
+    next_[subject] = now + std::chrono::seconds(1);
+    ROS_LOG_STREAM(level, ROSCONSOLE_DEFAULT_NAME, text);
   }
-  void error(const std::string& subject, const std::string& text) {
-    if (due(subject)) ROS_ERROR_STREAM(text);
-  }
+  void warn(const std::string& subject, const std::string& text) { log(ros::console::levels::Warn, subject, text); }
+  void error(const std::string& subject, const std::string& text) { log(ros::console::levels::Error, subject, text); }
 
  private:
   using Clock = std::chrono::steady_clock;
-
-  bool due(const std::string& subject) {
-    const auto now = Clock::now();
-    Clock::time_point& next = next_[subject];
-    if (now < next) return false;
-    next = now + std::chrono::seconds(1);
-    return true;
-  }
 
   std::map<std::string, Clock::time_point> next_;  // by subject: when it may have its next line
 };

@@ -2,14 +2,18 @@
 
 #include <ros/callback_queue.h>
 #include <ros/ros.h>
+#include <std_srvs/Empty.h>
 #include <youbot_base_sim/Step.h>
 
 #include <atomic>
+#include <boost/make_shared.hpp>
+#include <chrono>
 #include <cstdint>
 #include <functional>
 #include <future>
 #include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "youbot_base_sim/loop/base_loop.h"
@@ -28,8 +32,28 @@ class TimeServices {
   /// `reset` goes back to t = 0; it throws std::runtime_error, with a reason for the caller, if it refuses. `end` ends
   /// the node. `queue` is the loop's. All references must outlive this.
   TimeServices(ros::NodeHandle& private_node, ros::CallbackQueue& queue, bool paused, const BaseLoop& loop,
-               NodeClock& clock, const std::function<void()>& reset, const std::function<void()>& end);
-  ~TimeServices();
+               NodeClock& clock, const std::function<void()>& reset, const std::function<void()>& end)
+      : loop_(loop), loop_queue_(queue), step_node_(private_node), paused_(paused) {
+    if (!clock.is_master()) return;
+    const auto offer = [&](const char* service, const std::function<void()>& serve) {
+      return private_node.advertiseService<std_srvs::Empty::Request, std_srvs::Empty::Response>(
+          service, [serve](auto&, auto&) { return serve(), true; });
+    };
+    const auto set_paused = [this, &clock](bool value) {
+      end_step(value ? "ended by ~pause" : "ended by ~unpause");
+      paused_ = value;
+      if (!value) clock.resume();
+    };
+    step_node_.setCallbackQueue(&step_queue_);
+    servers_ = {offer("pause", [set_paused] { set_paused(true); }),
+                offer("unpause", [set_paused] { set_paused(false); }), offer("reset", reset), offer("end", end),
+                step_node_.advertiseService("step", &TimeServices::step, this)};
+    spinner_.start();
+  }
+  ~TimeServices() {
+    closing_ = true;
+    spinner_.stop();
+  }
   TimeServices(const TimeServices&) = delete;
   TimeServices& operator=(const TimeServices&) = delete;
 
@@ -46,10 +70,39 @@ class TimeServices {
   void advanced(std::int64_t periods) { left_ -= periods; }
 
   /// Answers a request under way: the step is done, or `reason` says why it has ended early or is refused.
-  void end_step(const std::string& reason = "");
+  void end_step(const std::string& reason = "") {
+    if (!stepping()) return;
+    Step::Response response;
+    response.success = reason.empty();
+    response.message = reason;
+    response.t = loop_.time();
+    answer_->set_value(response);
+    answer_.reset();
+  }
 
  private:
-  bool step(Step::Request& request, Step::Response& response);
+  /// A function for a callback queue.
+  struct FunctionCallback : ros::CallbackInterface {
+    explicit FunctionCallback(std::function<void()> called) : function(std::move(called)) {}
+    CallResult call() override { return function(), Success; }
+
+    std::function<void()> function;
+  };
+
+  /// Runs in a thread of its own.
+  bool step(Step::Request& request, Step::Response& response) {
+    const auto answer = std::make_shared<std::promise<Step::Response>>();
+    std::future<Step::Response> answered = answer->get_future();
+    loop_queue_.addCallback(boost::make_shared<FunctionCallback>([this, answer, periods = request.periods] {
+      answer_ = answer;
+      left_ = periods;
+    }));
+    while (answered.wait_for(std::chrono::milliseconds(100)) != std::future_status::ready) {
+      if (closing_ || ros::isShuttingDown()) return false;  // which waits for this thread before ros::ok is false
+    }
+    response = answered.get();
+    return true;
+  }
 
   const BaseLoop& loop_;
   ros::CallbackQueue& loop_queue_;

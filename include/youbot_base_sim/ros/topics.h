@@ -17,16 +17,31 @@
 #include <youbot_base_sim/RollerSwitchStamped.h>
 
 #include <cstdint>
-#include <stdexcept>
 #include <string>
 #include <tuple>
 
-#include "youbot_base_sim/ros/node_constants.h"
-
-/// The topics that the node publishes, as one table. Telemetry makes their messages: by a `visit` each those at
-/// instants of publishing and those at events. BaseNode publishes the others: fixed transforms, scene, markers and
-/// diagnostics.
+/// The topics of the node. Names are relative to its namespace, as those of the driver, unless they begin with a slash.
+///
+/// A new topic is, in this order:
+/// 1. a row here and its name in `kTopics`: advertising, bags and `~wait_for_subscribers` follow from its properties;
+/// 2. a function of ros/conversions that makes its message; for a type of its own, msg/ and its name in CMakeLists.txt;
+/// 3. a line of a `Telemetry::visit` (ros/telemetry.h): that of instants, or that of events. Without `kAtPeriods` the
+///    messages of events come when the loop stops. BaseNode publishes what does not change, markers and diagnostics;
+/// 4. for a new event, a list of `Events` (simulation.h);
+/// 5. a line of launch/recorder.xml, if it is `kRecorded`: bag_test compares;
+/// 6. rows in docs/node.md and docs/outputs.md.
 namespace youbot_base_sim {
+
+// Commands. The driver has no topics for single wheels; these are named by analogy to the arm's.
+constexpr char kTwistTopic[] = "cmd_vel";
+constexpr char kTorqueTopic[] = "base/base_controller/torques_command";
+constexpr char kWrenchTopic[] = "wrench";            // private
+constexpr char kInitialPoseTopic[] = "initialpose";  // as amcl's: rviz's "2D Pose Estimate"
+constexpr char kVelocityTopic[] = "base/base_controller/velocity_command";
+
+constexpr std::uint32_t kCommandQueueSize = 1000;   ///< of subscribers, as the driver's
+constexpr std::uint32_t kDriverQueueSize = 1;       ///< of publishers, as the driver's: the latest message counts
+constexpr std::uint32_t kRecorderQueueSize = 1000;  ///< of publishers whose every message counts
 
 /// Properties of a topic, one bit each.
 enum TopicProperty : unsigned {
@@ -46,6 +61,7 @@ struct TopicRow {
   unsigned properties;
 
   constexpr bool is(TopicProperty property) const { return (properties & property) != 0; }
+  operator std::string() const { return name; }  // NOLINT(google-explicit-constructor)
 };
 
 template <class Message>
@@ -53,41 +69,42 @@ struct Topic : TopicRow {};
 
 constexpr unsigned kTelemetry = kRecorded | kAwaited | kAtInstants;  ///< most of what is published at each instant
 
-inline constexpr auto kTopics = std::make_tuple(
-    Topic<nav_msgs::Odometry>{{kOdometryTopic, 0, kTelemetry | kOfDriver}},
-    Topic<nav_msgs::Odometry>{{kGroundTruthTopic, 0, kTelemetry}},
-    Topic<sensor_msgs::JointState>{{kJointStatesTopic, 0, kTelemetry | kOfDriver}},
-    Topic<sensor_msgs::Imu>{{kImuTopic, 0, kTelemetry}},
-    Topic<tf2_msgs::TFMessage>{{kTransformsTopic, 0, kTelemetry | kOfDriver}},
-    Topic<tf2_msgs::TFMessage>{{kStaticTransformsTopic, kRecorderQueueSize, kRecorded | kLatched}},
-    Topic<ContactsStamped>{{kContactsTopic, 0, kTelemetry | kOnRequest}},
-    Topic<visualization_msgs::MarkerArray>{
-        {kContactMarkersTopic, kDriverQueueSize, kRecorded | kOnRequest | kAtInstants}},
-    Topic<RollerSwitchStamped>{{kRollerSwitchesTopic, kRecorderQueueSize, kTelemetry | kAtPeriods}},
-    Topic<geometry_msgs::WrenchStamped>{{kAppliedWrenchTopic, kRecorderQueueSize, kRecorded | kLatched | kAtInstants}},
-    Topic<LoadsStamped>{{kLoadsTopic, kRecorderQueueSize, kRecorded | kLatched}},
-    Topic<nav_msgs::Odometry>{{kStateSetTopic, kRecorderQueueSize, kRecorded}},
-    Topic<std_msgs::String>{{kSceneTopic, kDriverQueueSize, kRecorded | kLatched}},
+inline constexpr Topic<nav_msgs::Odometry> kOdometryTopic{{"odom", 0, kTelemetry | kOfDriver}};
+inline constexpr Topic<nav_msgs::Odometry> kGroundTruthTopic{{"ground_truth", 0, kTelemetry}};
+inline constexpr Topic<sensor_msgs::JointState> kJointStatesTopic{{"base/joint_states", 0, kTelemetry | kOfDriver}};
+inline constexpr Topic<sensor_msgs::Imu> kImuTopic{{"imu/data", 0, kTelemetry}};
+inline constexpr Topic<tf2_msgs::TFMessage> kTransformsTopic{{"/tf", 0, kTelemetry | kOfDriver}};
+inline constexpr Topic<tf2_msgs::TFMessage> kStaticTransformsTopic{
+    {"/tf_static", kRecorderQueueSize, kRecorded | kLatched}};
+inline constexpr Topic<ContactsStamped> kContactsTopic{{"contacts", 0, kTelemetry | kOnRequest}};
+inline constexpr Topic<visualization_msgs::MarkerArray> kContactMarkersTopic{
+    {"contact_markers", kDriverQueueSize, kRecorded | kOnRequest | kAtInstants}};
+inline constexpr Topic<RollerSwitchStamped> kRollerSwitchesTopic{
+    {"base/roller_switches", kRecorderQueueSize, kTelemetry | kAtPeriods}};
+inline constexpr Topic<geometry_msgs::WrenchStamped> kAppliedWrenchTopic{
+    {"applied_wrench", kRecorderQueueSize, kRecorded | kLatched | kAtInstants}};
+inline constexpr Topic<LoadsStamped> kLoadsTopic{{"loads", kRecorderQueueSize, kRecorded | kLatched}};
+inline constexpr Topic<nav_msgs::Odometry> kStateSetTopic{{"state_set", kRecorderQueueSize, kRecorded}};
+inline constexpr Topic<std_msgs::String> kSceneTopic{{"scene", kDriverQueueSize, kRecorded | kLatched}};
 #ifdef YOUBOT_BASE_SIM_PR2_MSGS
-    Topic<pr2_msgs::PowerBoardState>{{kDashboardTopic, kDriverQueueSize, 0}},
+inline constexpr Topic<pr2_msgs::PowerBoardState> kDashboardTopic{{"/dashboard/platform_state", kDriverQueueSize, 0}};
 #endif
-    Topic<diagnostic_msgs::DiagnosticArray>{{kDiagnosticsTopic, kDriverQueueSize, 0}},
-    Topic<rosgraph_msgs::Clock>{{kClockTopic, kRecorderQueueSize, kLatched | kAwaited | kAtPeriods}});
+inline constexpr Topic<diagnostic_msgs::DiagnosticArray> kDiagnosticsTopic{{"/diagnostics", kDriverQueueSize, 0}};
+inline constexpr Topic<rosgraph_msgs::Clock> kClockTopic{
+    {"/clock", kRecorderQueueSize, kLatched | kAwaited | kAtPeriods}};
 
-/// Calls `visit(topic)` for each row, a Topic of its message.
+inline constexpr auto kTopics = std::make_tuple(
+#ifdef YOUBOT_BASE_SIM_PR2_MSGS
+    kDashboardTopic,
+#endif
+    kOdometryTopic, kGroundTruthTopic, kJointStatesTopic, kImuTopic, kTransformsTopic, kStaticTransformsTopic,
+    kContactsTopic, kContactMarkersTopic, kRollerSwitchesTopic, kAppliedWrenchTopic, kLoadsTopic, kStateSetTopic,
+    kSceneTopic, kDiagnosticsTopic, kClockTopic);
+
+/// Calls `visit(topic)` for each, a Topic of its message.
 template <class Visit>
 void visit_topics(const Visit& visit) {
   std::apply([&visit](const auto&... topics) { (visit(topics), ...); }, kTopics);
-}
-
-/// The row of the topic `name`. Throws std::out_of_range without one.
-inline const TopicRow& topic_row(const std::string& name) {
-  const TopicRow* row = nullptr;
-  visit_topics([&](const TopicRow& topic) {
-    if (name == topic.name) row = &topic;
-  });
-  if (!row) throw std::out_of_range(name + ": no topic of ros/topics.h");
-  return *row;
 }
 
 }  // namespace youbot_base_sim

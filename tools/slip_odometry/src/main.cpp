@@ -17,7 +17,6 @@
 
 #include "youbot_base_sim/ros/conversions.h"
 #include "youbot_base_sim/ros/program.h"
-#include "youbot_base_sim/ros/scene_parameters.h"
 #include "youbot_base_sim/slip_odometry/slip_odometry.h"
 #include "youbot_base_sim/slip_odometry/wheel_stream.h"
 

@@ -1,0 +1,103 @@
+#pragma once
+
+#include <fmt/format.h>
+#include <ros/callback_queue.h>
+#include <ros/ros.h>
+#include <tf2_msgs/TFMessage.h>
+
+#include <algorithm>
+#include <set>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "youbot_base_sim/ros/base_settings.h"
+
+namespace youbot_base_sim {
+
+/// The names of the nodes that publish a topic, given by its full name; empty if the master does not answer.
+inline std::vector<std::string> publishers_of(const std::string& topic) {
+  XmlRpc::XmlRpcValue request, response, state;
+  request[0] = ros::this_node::getName();
+  if (!ros::master::execute("getSystemState", request, response, state, false)) return {};
+  std::vector<std::string> names;
+  for (int k = 0; k < state[0].size(); ++k) {
+    if (static_cast<std::string>(state[0][k][0]) != topic) continue;
+    for (int i = 0; i < state[0][k][1].size(); ++i) names.push_back(state[0][k][1][i]);
+  }
+  return names;
+}
+
+/// Warns of what other nodes do to this one: publish its odometry or its transform, command it beside each other, set
+/// its parameters, which it has read. Asks the master in a thread of its own, which a silent master may block.
+class Lookout {
+ public:
+  /// Topics are those of `node`, parameters those of `private_node`. `settings` must outlive this.
+  Lookout(const ros::NodeHandle& node, const ros::NodeHandle& private_node, const BaseSettings& settings)
+      : settings_(settings), node_(node), private_node_(private_node) {
+    private_node_.getParam("", parameters_);
+    node_.setCallbackQueue(&queue_);
+    timer_ = node_.createWallTimer(ros::WallDuration(0.1), &Lookout::look, this);
+    spinner_.start();
+  }
+
+ private:
+  using Names = std::vector<std::string>;
+
+  void look(const ros::WallTimerEvent& /*event*/) {
+    timer_.setPeriod(ros::WallDuration(5), false);
+    const Names commanders = others(kTwistTopic), odometers = others(kOdometryTopic);
+    if (commanders.size() > 1) warn(kTwistTopic, commanders, "the newest command counts");
+    if (!odometers.empty()) warn(kOdometryTopic, odometers, "beside this node: listeners mix the two");
+    if (settings_.publish_tf) listen(others(kTransformsTopic));
+    XmlRpc::XmlRpcValue now;
+    private_node_.getParam("", now);
+    if (now.getType() != XmlRpc::XmlRpcValue::TypeStruct) return;
+    for (auto& [name, value] : now) {
+      if (parameters_.hasMember(name) && parameters_[name] == value) continue;
+      warn("parameter ~" + name + " is set, without effect: this node has read its parameters");
+    }
+  }
+
+  /// Hears /tf from one look to the next whenever `publishers` have changed: always would cost more than it finds.
+  void listen(const Names& publishers) {
+    transforms_.shutdown();
+    if (std::exchange(heard_, publishers) == publishers || publishers.empty()) return;
+    transforms_ = node_.subscribe(kTransformsTopic, 100, &Lookout::take, this);
+  }
+
+  void take(const ros::MessageEvent<const tf2_msgs::TFMessage>& event) {
+    const std::string& name = event.getPublisherName();
+    for (const auto& transform : event.getConstMessage()->transforms) {
+      if (transform.child_frame_id != settings_.telemetry.frames.base || name == ros::this_node::getName()) continue;
+      warn("TF " + transform.header.frame_id + " -> " + transform.child_frame_id, {name},
+           "beside this node: ~publish_tf = false leaves it to the other");
+    }
+  }
+
+  void warn(const std::string& subject, const Names& names, const char* meaning) {
+    warn(fmt::format("{} comes from {}: {}", subject, fmt::join(names, ", "), meaning));
+  }
+  void warn(const std::string& text) {
+    if (said_.insert(text).second) ROS_WARN_STREAM(text);
+  }
+
+  /// The nodes but this one that publish a topic.
+  Names others(const std::string& topic) const {
+    Names names = publishers_of(node_.resolveName(topic));
+    names.erase(std::remove(names.begin(), names.end(), ros::this_node::getName()), names.end());
+    return names;
+  }
+
+  const BaseSettings& settings_;
+  XmlRpc::XmlRpcValue parameters_;  // as this node has read them
+  Names heard_;                     // on /tf, as of the last look
+  std::set<std::string> said_;
+  ros::CallbackQueue queue_;
+  ros::NodeHandle node_, private_node_;
+  ros::Subscriber transforms_;
+  ros::WallTimer timer_;
+  ros::AsyncSpinner spinner_{1, &queue_};
+};
+
+}  // namespace youbot_base_sim
