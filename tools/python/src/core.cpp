@@ -20,7 +20,6 @@ namespace py = pybind11;
 using namespace py::literals;
 
 namespace youbot_base_sim {
-
 namespace {
 
 using Array = py::array_t<double, py::array::c_style | py::array::forcecast>;
@@ -137,8 +136,7 @@ class Runs {
   /// Of each run, for each row of the scene or until the motion ends, t and the numbers of the state.
   std::vector<py::array_t<double>> run() {
     for (const auto& run : idle()) {
-      const Scene& scene = run->simulation.scene();
-      if (std::holds_alternative<std::monostate>(scene.drive))
+      if (const Scene& scene = run->simulation.scene(); std::holds_alternative<std::monostate>(scene.drive))
         throw py::value_error(fmt::format("{}: drive is left out; run needs one", quote_path(scene.files.front())));
       if (const double t = run->simulation.time(); t > 0)
         throw py::value_error(fmt::format("run begins at t = 0, not at {:g} s: reset() goes back", t));
@@ -236,9 +234,9 @@ class Runs {
   }
 
   py::object doubts() {
-    std::vector<std::string> doubts;
-    for (const auto& run : idle()) doubts.push_back(run->doubt());
-    return shape_.empty() ? py::object(py::str(doubts[0])) : py::cast(doubts);
+    py::list doubts;
+    for (const auto& run : idle()) doubts.append(run->doubt());
+    return shape_.empty() ? py::object(doubts[0]) : doubts;
   }
 
   Simulation& first() { return idle()[0]->simulation; }
@@ -254,9 +252,7 @@ class Runs {
  private:
   /// Of so many numbers for each run; a single one has no dimension of its own.
   Shape shape_of(py::ssize_t size) const {
-    Shape shape = shape_;
-    if (size > 1) shape.push_back(size);
-    return shape;
+    return size == 1 ? shape_ : shape_.empty() ? Shape{size} : Shape{shape_[0], size};
   }
 
   std::vector<std::optional<Run>>& idle() {
@@ -295,12 +291,10 @@ class Runs {
   Array numbers(const char* name, const py::object& value, py::ssize_t size, const Range& range) const {
     const Shape shape = shape_of(size), each(shape.begin() + static_cast<py::ssize_t>(shape_.size()), shape.end());
     const Array array = Array::ensure(value);
-    const auto is = [&](const Shape& wanted) {
-      return std::equal(array.shape(), array.shape() + array.ndim(), wanted.begin(), wanted.end());
-    };
+    const Shape given = array ? Shape(array.shape(), array.shape() + array.ndim()) : Shape{-1};
     const auto allowed = [&](double number) { return contains(range, number); };
-    if (array && (is(shape) || is(each)) && std::all_of(array.data(), array.data() + array.size(), allowed))
-      return is(shape) ? array : Array(py::module_::import("numpy").attr("broadcast_to")(array, shape));
+    if ((given == shape || given == each) && std::all_of(array.data(), array.data() + array.size(), allowed))
+      return given == shape ? array : Array(py::module_::import("numpy").attr("broadcast_to")(array, shape));
     throw py::value_error(fmt::format("{} = {}: must be numbers of shape {}, each {}", name,
                                       quote(py::repr(value).cast<std::string>()),
                                       std::string(py::str(py::tuple(py::cast(shape)))), text_of(range)));
