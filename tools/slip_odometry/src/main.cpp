@@ -88,7 +88,7 @@ Scene read_slipping_scene(Parameters& parameters) {
 SlipOdometry::Settings read_settings(Parameters& parameters) {
   SlipOdometry::Settings settings;
   double replicas = settings.replicas;
-  parameters.read("wheel_error", settings.wheel_error, {1e-6, 1, ""});
+  parameters.read("wheel_error", settings.wheel_error, Range{1e-6, 1, ""});
   parameters.read("max_gap", settings.max_gap, {1e-3, 10, "s"});
   parameters.read("max_wheel_rate", settings.max_rate, {1e-3, 1e3, "rad/s"});
   parameters.read("max_effort_error", settings.max_effort_error, {1e-3, 1e6, "N m"});
