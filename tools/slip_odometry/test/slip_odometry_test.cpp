@@ -246,18 +246,18 @@ TEST(SlipOdometryTest, ForwardMotionDoesNotTellThem) {
 TEST(SlipOdometryTest, ItsCovarianceIsThatOfItsErrors) {
   Eigen::Array3d nees = Eigen::Array3d::Zero();
   for (int k = 0; k < 12; ++k) {
-    SlipOdometry unknown(scene_of(kGuessed), {}), told(scene_of(kGuessed), {}), fitted(scene_of(kFit), kAngles);
+    SlipOdometry unknown(scene_of(kGuessed), {}), known(scene_of(kGuessed), {}), fitted(scene_of(kFit), kAngles);
     State end;
     drive(
         [&](double t, const Wheels& phi, const Simulation& truth) {
           unknown.update(t, phi);
-          told.update(t, phi, truth.torque());
+          known.update(t, phi, truth.torque());
           fitted.update(t, phi);
           end = truth.state();
         },
         kDrive + fmt::format("initial: {{wheel_angles: [{}, {}, {}, {}]}}\n", 0.1 * k, 0.23 * k, 0.57 * k, 0.91 * k));
     int c = 0;
-    for (const SlipOdometry* odometry : {&unknown, &told, &fitted}) {
+    for (const SlipOdometry* odometry : {&unknown, &known, &fitted}) {
       const Eigen::Vector3d error = odometry->pose() - Eigen::Vector3d(end.x(), end.y(), end.psi());
       nees[c++] += error.dot(odometry->pose_covariance().inverse() * error) / 12;
     }
