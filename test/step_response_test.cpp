@@ -105,6 +105,16 @@ TEST(StepResponseTest, OfDefaultMotorsIsThatOfARealBase) {
   }
 }
 
+// The default gains are a compromise between the two bases: under A's friction turning takes longer than this from
+// rather more than half of all angles at which the wheels may start (docs/validation.md).
+TEST(StepResponseTest, OfDefaultMotorsUnderTheFrictionOfA) {
+  const Base slow = base(measured_robot(kFrictionOfA));
+  for (const Motion& motion : kMotions) {
+    const Response response = respond_from(Wheels::Zero(), slow, motion.velocity);
+    expect_like_a_real_base(response.rise, response.overshoot, response.settled, motion.rise, motion.name);
+  }
+}
+
 TEST(StepResponseTest, OfBaseAWithItsProfile) {
   const Scene scene = default_scene({{"robot.profile", "measured_a", true}}, SceneUse::kCommands);
   for (const Motion& motion : kMotions) {
