@@ -16,8 +16,8 @@ namespace YOUBOT_BASE_SIM_EXPORT youbot_base_sim {
 /// m/s and rad/s, determines all other velocities.
 class NoSlipModel {
  public:
-  /// The floor may slope; `robot` is the bare one.
-  explicit NoSlipModel(const RobotParameters& robot, const FloorParameters& floor = {},
+  /// The floor may slope; `bare` is the robot without loads.
+  explicit NoSlipModel(const RobotParameters& bare, const FloorParameters& floor = {},
                        const AppliedLoads& applied = {});
 
   /// Rates of the wheels, and of the rollers in contact, that roll without slip at `v`, rad/s.
