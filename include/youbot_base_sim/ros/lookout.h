@@ -23,7 +23,8 @@ inline std::vector<std::string> publishers_of(const std::string& topic) {
   std::vector<std::string> names;
   for (int k = 0; k < state[0].size(); ++k) {
     if (static_cast<std::string>(state[0][k][0]) != topic) continue;
-    for (int i = 0; i < state[0][k][1].size(); ++i) names.push_back(state[0][k][1][i]);
+    for (int i = 0; i < state[0][k][1].size(); ++i)  // NOLINT(modernize-loop-convert): its iterators are a struct's
+      names.push_back(state[0][k][1][i]);
   }
   return names;
 }
@@ -40,6 +41,8 @@ class Lookout {
     timer_ = node_.createWallTimer(ros::WallDuration(0.1), &Lookout::look, this);
     spinner_.start();
   }
+  Lookout(const Lookout&) = delete;
+  Lookout& operator=(const Lookout&) = delete;
 
  private:
   using Names = std::vector<std::string>;
