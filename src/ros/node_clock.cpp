@@ -30,7 +30,7 @@ double since(SteadyClock::time_point past) { return std::chrono::duration<double
 
 std::string NodeClock::rivals() const {
   if (clock_subscriber_.getNumPublishers() < 2) return "";
-  return fmt::format("{}", fmt::join(publishers_of(kClockTopic), ", "));
+  return fmt::format("{}", fmt::join(publishers()[kClockTopic], ", "));
 }
 
 double NodeClock::arrive() {

@@ -6,6 +6,7 @@
 #include <tf2_msgs/TFMessage.h>
 
 #include <algorithm>
+#include <map>
 #include <set>
 #include <string>
 #include <utility>
@@ -15,18 +16,19 @@
 
 namespace youbot_base_sim {
 
-/// The names of the nodes that publish a topic, given by its full name; empty if the master does not answer.
-inline std::vector<std::string> publishers_of(const std::string& topic) {
+using Publishers = std::map<std::string, std::vector<std::string>>;
+
+/// The names of the nodes that publish, by the full name of their topic; empty if the master does not answer.
+inline Publishers publishers() {
   XmlRpc::XmlRpcValue request, response, state;
   request[0] = ros::this_node::getName();
   if (!ros::master::execute("getSystemState", request, response, state, false)) return {};
-  std::vector<std::string> names;
+  Publishers nodes;
   for (int k = 0; k < state[0].size(); ++k) {
-    if (static_cast<std::string>(state[0][k][0]) != topic) continue;
     for (int i = 0; i < state[0][k][1].size(); ++i)  // NOLINT(modernize-loop-convert): its iterators are a struct's
-      names.push_back(state[0][k][1][i]);
+      nodes[state[0][k][0]].push_back(state[0][k][1][i]);
   }
-  return names;
+  return nodes;
 }
 
 /// Warns of what other nodes do to this one: publish its odometry or its transform, command it beside each other, set
@@ -49,10 +51,11 @@ class Lookout {
 
   void look(const ros::WallTimerEvent& /*event*/) {
     timer_.setPeriod(ros::WallDuration(5), false);
-    const Names commanders = others(kTwistTopic), odometers = others(kOdometryTopic);
+    Publishers nodes = publishers();
+    const Names commanders = others(nodes, kTwistTopic), odometers = others(nodes, kOdometryTopic);
     if (commanders.size() > 1) warn(kTwistTopic, commanders, "the newest command counts");
     if (!odometers.empty()) warn(kOdometryTopic, odometers, "beside this node: listeners mix the two");
-    if (settings_.publish_tf) listen(others(kTransformsTopic));
+    if (settings_.publish_tf) listen(others(nodes, kTransformsTopic));
     XmlRpc::XmlRpcValue now;
     private_node_.getParam("", now);
     if (now.getType() != XmlRpc::XmlRpcValue::TypeStruct) return;
@@ -86,8 +89,8 @@ class Lookout {
   }
 
   /// The nodes but this one that publish a topic.
-  Names others(const std::string& topic) const {
-    Names names = publishers_of(node_.resolveName(topic));
+  Names others(Publishers& nodes, const std::string& topic) const {
+    Names names = nodes[node_.resolveName(topic)];
     names.erase(std::remove(names.begin(), names.end(), ros::this_node::getName()), names.end());
     return names;
   }
