@@ -34,7 +34,7 @@ struct PlayerSettings {
   /// Throws ParameterError if one is bad.
   explicit PlayerSettings(Parameters parameters) {
     parameters.read("scene", scene, "a scene file, with a drive");
-    parameters.read_choice("model", model, {"no_slip", "viscous", "coulomb"});
+    parameters.read_choice("model", model, model_names());
     parameters.read("duration", duration, Range{1e-6, 1e9, "s"});
     parameters.read("lockstep_timeout", timeout, {1e-3, 1e6, "s", true});
     parameters.refuse_others();

@@ -29,8 +29,7 @@ SceneSettings read_scene_settings(Parameters& parameters) {
     if (parameters.read(name, value, range...)) settings.emplace_back(key, *value);
   };
   std::string model = "the scene's", method = model;
-  if (parameters.read_choice("model", model, {"no_slip", "viscous", "coulomb"}))
-    settings.emplace_back("model", model, true);
+  if (parameters.read_choice("model", model, model_names())) settings.emplace_back("model", model, true);
   if (parameters.read_choice("method", method, method_names())) settings.emplace_back("solver.method", method, true);
   read("control_period", "solver.control_period", std::optional<double>(), kPeriods);
   read("relative_tolerance", "solver.relative_tolerance", std::optional<double>(), kRelativeTolerances);

@@ -177,7 +177,7 @@ Scene read_scene(Parameters& parameters, SceneSettings settings) {
     profile = kProfile;
     settings.insert(settings.begin(), {"solver.relative_tolerance", kTolerance});  // later ones replace it
   }
-  parameters.read_choice("profile", profile, {"paper", "measured", "measured_a", "measured_b"});
+  parameters.read_choice("profile", profile, profile_names());
   SceneSetting setting("robot.profile", profile, true);
   if (parameters.read("friction_scale", friction_scale, kFrictionScales)) {
     parameters.require(profile == "measured", "friction_scale", fmt::format("{:g}", *friction_scale),

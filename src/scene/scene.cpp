@@ -478,7 +478,7 @@ Scene read_scene(const std::string& path, const YAML::Node& root, SceneUse use, 
   output.finish();
   if (motors.given()) scene.motors = read_motors(motors, defaults.gains);
   read_drive(drive, scene);
-  if (defaults.gains && is_sampled(scene, use)) scene.motors = read_motors(motors, defaults.gains);
+  if (defaults.gains && !scene.motors && is_sampled(scene, use)) scene.motors = read_motors(motors, defaults.gains);
   // An ignored drive gives the initial velocity, but prescribed wheels limit neither solver nor initial state.
   const bool prescribes = std::holds_alternative<std::shared_ptr<const WheelMotion>>(scene.drive);
   if (use == SceneUse::kCommands && prescribes) scene.drive = std::monostate();
@@ -528,6 +528,9 @@ bool beyond_the_paper(const Scene& scene) {
   return scene.robot.normal_reactions != NormalReactions::kStatic || scene.floor.slope != 0 ||
          scene.floor.spin_radius != 0 || !scene.floor.patches.empty() || !scene.load_schedule.empty();
 }
+
+std::vector<std::string> model_names() { return names_of(kModels); }
+std::vector<std::string> profile_names() { return names_of(kProfiles); }
 
 const char* name_of(Model model) {
   for (const Named<Model>& candidate : kModels) {

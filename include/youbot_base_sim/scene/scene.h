@@ -21,6 +21,9 @@ namespace YOUBOT_BASE_SIM_EXPORT youbot_base_sim {
 
 /// The model's name in a scene file.
 const char* name_of(Model model);
+/// The names that a scene may give as its model, and as its robot's profile.
+std::vector<std::string> model_names();
+std::vector<std::string> profile_names();
 
 /// Settings of the integration; the absolute tolerance is 1e-3 of the relative one unless given.
 struct SolverSettings : IntegrationSettings {

@@ -20,6 +20,13 @@ struct Named {
 
 constexpr Named<bool> kFlags[] = {{"true", true}, {"false", false}};
 
+template <class Value, std::size_t size>
+std::vector<std::string> names_of(const Named<Value> (&named)[size]) {
+  std::vector<std::string> names;
+  for (const Named<Value>& candidate : named) names.push_back(candidate.name);
+  return names;
+}
+
 /// "a, b or c"
 std::string alternatives(const std::vector<std::string>& names);
 
@@ -52,10 +59,8 @@ class SceneValue {
   const SceneValue& choice(std::string& value, const std::vector<std::string>& names) const;
   template <class Value, std::size_t size>
   const SceneValue& choice(Value& value, const Named<Value> (&allowed)[size]) const {
-    std::vector<std::string> names;
-    for (const Named<Value>& candidate : allowed) names.push_back(candidate.name);
     std::string name;
-    choice(name, names);
+    choice(name, names_of(allowed));
     for (const Named<Value>& candidate : allowed) {
       if (name == candidate.name) value = candidate.value;
       if (value == candidate.value) resolve(candidate.name);
