@@ -18,7 +18,8 @@ constexpr double kMemory = 1;           // s, over which efforts are compared, a
 constexpr double kInconsistent = 0.05;  // m/s of the rims that no motion of the base explains
 constexpr double kShareInconsistent = 0.3;  // and of the largest
 constexpr double kMinInterval = 1e-3;       // s: of less, stamps are not exact enough for a rate
-constexpr double kMaxSimulated = 2;         // s, of one reading: after a longer way the base is taken to roll
+constexpr double kUnknownError = 0.015;  // ~wheel_error of unknown angles; this and smaller ones by slip_odometry_test
+constexpr double kMaxSimulated = 2;      // s, of one reading: after a longer way the base is taken to roll
 
 /// The rates at the end of an interval (s) of mean rates `now`, between `before` and `next`: weighted essentially
 /// non-oscillatory, so that a command's jump does not show before it comes (Liu, Osher and Chan 1994).
@@ -111,14 +112,14 @@ SlipOdometry::SlipOdometry(const Scene& scene, const Settings& settings)
     : scene_(scene),
       settings_(settings),
       kinematics_(DriverKinematics::of(scene.robot)),
-      uncertainty_(kinematics_, Wheels::Zero(), settings.wheel_error.value_or(0.015)) {
+      uncertainty_(kinematics_, Wheels::Zero(), settings.wheel_error.value_or(kUnknownError)) {
   if (!slips(scene.model)) throw std::invalid_argument("model no_slip has no slip: plain odometry is the same");
 }
 
 /// One of known phases; the candidates of those that efforts may tell; some of others, whose wheels follow softly.
 void SlipOdometry::make_replicas(bool known, bool efforts) {
   const int rollers = scene_.robot.rollers;
-  const double error = settings_.angles_at_zero ? 0.005 : efforts ? 0.012 : 0.015;
+  const double error = settings_.angles_at_zero ? 0.005 : efforts ? 0.012 : kUnknownError;
   uncertainty_ = WheelOdometry(kinematics_, followed_ + latest_->moved, settings_.wheel_error.value_or(error));
   if (efforts) search_.emplace(rollers);
   replicas_.clear();
