@@ -16,6 +16,20 @@ START = {"radius": 1, "track": 1, "lateral": 0.96, "front_left": 0, "yaw_of_X": 
 EXTRAS = {"3": (), "4": ("front_left",), "5": ("yaw_of_X", "yaw_of_Y")}
 
 
+def least_squares(off, values):
+    """The values, by Gauss and Newton's method from these on, for which off(values), one row of numbers, is least."""
+    for _ in range(ITERATIONS if len(values) else 0):
+        here = off(values)
+        slopes = np.array([(off(values + step) - here) / STEP for step in STEP * np.eye(len(values))])
+        change = np.linalg.lstsq(slopes.T, here, rcond=None)[0]
+        while np.abs(change).max() >= 1e-6 and rms(off(values - change)) > rms(here):
+            change = change / 2
+        values = values - change
+        if np.abs(change).max() < 1e-6:
+            break
+    return values
+
+
 class Model:
     """Motion by ideal kinematics with a lateral factor or, with `gains`, by those of a simulation with dry rollers."""
 
@@ -35,22 +49,11 @@ class Model:
         return moved
 
     def fit(self, records):
-        """Values by Gauss and Newton's method, to the segments of these records."""
+        """Values by least squares, to the segments of these records."""
         start = {**START, "friction": 100 * np.median(self.gains.frictions)} if self.gains else START
-        values = np.array([start[name] for name in self.names], float)
-
         def off(values):
             return (records.segments(records.integrate(self.motion(records, values))) - records.true_segments).ravel()
-        for _ in range(ITERATIONS if self.names else 0):
-            here = off(values)
-            slopes = np.array([(off(values + step) - here) / STEP for step in STEP * np.eye(len(values))])
-            change = np.linalg.lstsq(slopes.T, here, rcond=None)[0]
-            while np.abs(change).max() >= 1e-6 and rms(off(values - change)) > rms(here):
-                change = change / 2
-            values = values - change
-            if np.abs(change).max() < 1e-6:
-                break
-        return values
+        return least_squares(off, np.array([start[name] for name in self.names], float))
 
 
 def splits_of(runs):
