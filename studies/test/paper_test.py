@@ -25,11 +25,6 @@ class Page(MeasuredPage, unittest.TestCase):
         findings = [claim.measure(cases) for claim in claims.CLAIMS]
         return findings, [claims.row(number, finding) for number, finding in enumerate(findings, 1)]
 
-    def test_would_fail_without_a_row(self):
-        rows = self.page().split("\n| 7 |")
-        self.assertEqual(len(rows), 2)
-        self.assertIn(7, self.wrong_rows(rows[0] + rows[1].partition("\n")[2]))
-
     def test_has_no_measured_number_outside_the_table(self):
         before, _, after = self.part.parts(self.page())
         prose = before + after + (ROOT / "docs" / "paper.md").read_text()
