@@ -23,8 +23,7 @@ import genpy.dynamic
 import numpy as np
 import rosbag
 from geometry_msgs.msg import Point, Twist, Vector3
-from harness import ROOT, RunsAnalyse, stamp_of
-from nav_msgs.msg import Odometry
+from harness import ROOT, RunsAnalyse, odometry, stamp_of
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Header, String
 
@@ -59,15 +58,6 @@ def own_messages():
 def rolling_rates(V_X, V_Y, Omega):
     return np.array([V_X - V_Y - ARM * Omega, V_X + V_Y + ARM * Omega, V_X + V_Y - ARM * Omega,
                      V_X - V_Y + ARM * Omega]) / R
-
-
-def odometry(t, pose, twist=(0, 0, 0)):
-    message = Odometry()
-    message.header.stamp = stamp_of(t)
-    message.pose.pose.position.x, message.pose.pose.position.y = pose[0], pose[1]
-    message.pose.pose.orientation.z, message.pose.pose.orientation.w = math.sin(pose[2] / 2), math.cos(pose[2] / 2)
-    message.twist.twist.linear.x, message.twist.twist.linear.y, message.twist.twist.angular.z = twist
-    return message
 
 
 def joint_state(t, position, velocity, effort=()):
@@ -199,12 +189,6 @@ class AnalyseTest(RunsAnalyse):
             self.assertAlmostEqual(numbers["ripple_of_rollers_" + wheel], 0.15, delta=0.003)
             self.assertLess(numbers["double_ripple_of_rollers_" + wheel], 0.003)
             self.assertGreater(numbers["ripple_over_background_" + wheel], 20)
-
-    def test_ripple_of_another_wheel_shows_at_its_own_order(self):
-        scene = self.path("five.yaml")
-        Path(scene).write_text("duration: 1\nrobot: {rollers_per_wheel: 5, wheel_radius: 5e-2}\n")
-        numbers = self.numbers(self.slipping, "--scene", scene)
-        self.assertLess(numbers["ripple_of_rollers_fl"], 0.05)
 
     def test_the_number_of_rollers(self):
         """Wheels ripple n and 2 n times a turn in lateral motion and yaw, their motors 5 and 26 times in any."""

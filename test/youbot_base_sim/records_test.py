@@ -6,7 +6,6 @@ import harness
 import numpy as np
 import rosbag
 from geometry_msgs.msg import Pose, PoseStamped, Quaternion, Twist, TwistStamped, Vector3
-from nav_msgs.msg import Odometry
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Header
 
@@ -32,14 +31,6 @@ def seen(stamp, pose, tracker, marker):
                              (0, 0, math.sin(turn / 2), math.cos(turn / 2))), (math.sin(marker), 0, 0, math.cos(marker)))
     place = Vector3(x, y * math.cos(2 * tracker), y * math.sin(2 * tracker))
     return PoseStamped(Header(stamp=stamp), Pose(place, Quaternion(*turned)))
-
-
-def odometry(stamp, pose, velocity):
-    message = Odometry(pose=Odometry().pose, twist=Odometry().twist)
-    message.header.stamp = stamp
-    message.pose.pose = Pose(Vector3(*pose[:2], 0), Quaternion(0, 0, math.sin(pose[2] / 2), math.cos(pose[2] / 2)))
-    message.twist.twist = Twist(Vector3(*velocity[:2], 0), Vector3(0, 0, velocity[2]))
-    return message
 
 
 class RecordsTest(harness.RunsAnalyse):
@@ -68,8 +59,8 @@ class RecordsTest(harness.RunsAnalyse):
                 fixed = (np.cos(spin) * true[k][0] - np.sin(spin) * true[k][1],
                          np.sin(spin) * true[k][0] + np.cos(spin) * true[k][1], true[k][2])
                 truth_of = (("/pose", seen(harness.stamp_of(k / RATE + late), way_seen[k], *tracked)) if tracked else
-                            ("/ground_truth", odometry(stamp, way_seen[k], fixed)))
-                told_of = odometry(stamp, told[k], way[k])
+                            ("/ground_truth", harness.odometry(k / RATE, way_seen[k], fixed)))
+                told_of = harness.odometry(k / RATE, told[k], way[k])
                 told_of.pose.pose.orientation.z *= scale
                 told_of.pose.pose.orientation.w *= scale
                 for topic, message in (("/joint_states", joints), ("/odom", told_of), truth_of,
