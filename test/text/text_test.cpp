@@ -4,7 +4,6 @@
 #include <sys/stat.h>
 
 #include <chrono>
-#include <cmath>
 #include <limits>
 #include <thread>
 
