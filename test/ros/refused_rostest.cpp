@@ -143,6 +143,16 @@ TEST_F(RefusedParameters, are_in_the_help_with_default_and_unit) {
   }
 }
 
+TEST_F(RefusedParameters, are_all_in_the_table_of_docs_and_no_others) {
+  std::ifstream rows(YOUBOT_BASE_SIM_SOURCE_DIR "/docs/node/parameters.csv");
+  std::set<std::string> listed;
+  for (std::string row; std::getline(rows, row);) listed.insert(row.substr(0, row.find(',')));
+  std::set<std::string> known(names_.begin(), names_.end());
+  known.erase("~tf_prefix");  // which is searched for upwards
+  known.insert({"parameter", "tf_prefix"});
+  EXPECT_EQ(listed, known);
+}
+
 TEST_F(RefusedParameters, frames_that_make_a_loop) {
   for (const std::string name : {"~base_frame", "~world_frame"}) {
     expect_refusal(refusal_of(name, std::string("odom")), {"~odom_frame", "\"odom\"", "loop"});
