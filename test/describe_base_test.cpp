@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <cstdlib>
+
 #include "program.h"
 #include "youbot_base_sim/description/urdf.h"
 

@@ -3,6 +3,7 @@
 
 #include <nav_msgs/Odometry.h>
 
+#include <cmath>
 #include <limits>
 #include <regex>
 #include <set>
