@@ -4,6 +4,7 @@
 #include <nav_msgs/Odometry.h>
 
 #include <cmath>
+#include <fstream>
 #include <limits>
 #include <regex>
 #include <set>
@@ -142,6 +143,14 @@ TEST_F(RefusedParameters, are_in_the_help_with_default_and_unit) {
                            "~duration +the scene's .* s\n"}) {
     EXPECT_TRUE(std::regex_search(help, std::regex(line))) << line << help;
   }
+}
+
+TEST_F(RefusedParameters, are_in_the_table_of_docs) {
+  std::ifstream table(YOUBOT_BASE_SIM_SOURCE_DIR "/docs/node/parameters.csv");
+  std::set<std::string> rows;
+  std::string row;
+  for (std::getline(table, row); std::getline(table, row);) rows.insert(row.substr(0, row.find(',')));
+  EXPECT_EQ(rows, std::set<std::string>(names_.begin(), names_.end()));
 }
 
 TEST_F(RefusedParameters, frames_that_make_a_loop) {
