@@ -38,7 +38,6 @@ def run(arguments, progress):
     """Runs all cells one after the other: parallel runs would disturb the timing."""
     make_folder(scenes := arguments.folder / "scenes")
     simulate = partial(stress_runs.run_cell, arguments.simulate or build("simulate")[0], scenes)
-    held_tolerance = max((x for x in arguments.tolerances if x <= stress_report.DEFAULT_TOLERANCE), default=None)
     start = time.monotonic()
     rows, base, group = [], {}, None
     for cell in arguments.cells:
@@ -50,7 +49,7 @@ def run(arguments, progress):
                           f"{tolerance:g}")
             if tolerance not in base:
                 base[tolerance] = stress_runs.base_cost(simulate, BASE, tolerance)
-            rows.append(stress_runs.measure(simulate, cell, tolerance, base[tolerance], tolerance == held_tolerance))
+            rows.append(stress_runs.measure(simulate, cell, tolerance, base[tolerance]))
             rows[-1].judge()
         write_whole(arguments.folder / "stress.csv", csv_text(stress_report.COLUMNS, rows, "{:.10g}".format))
     write_whole(arguments.folder / "cells.csv", stress_report.cells_csv(rows))

@@ -7,13 +7,11 @@ from .builds import ROOT
 from .pages import WrittenPart, figures, paragraph, table
 from .stress_cells import RANDOM_GROUP, ROBOT_MASS
 
-DEFAULT_TOLERANCE = 3e-7  # as shipped, see `simulate --help`
 MAX_TIMES_BASE = 20  # processor time over that of the base scene
 FAST = 10_000  # switches a simulated second, beyond which real time is enough
 MAX_MS = 1e-3  # s of processor time for 1 ms
 MIN_PERMITTED = 0.05  # s of processor time, always allowed
 SMALL_ANGLE = 1e-6  # rad: how far apart neighbours start; far above the tight tolerance, so that the motion decides
-MAX_HELD_ERROR = 1e-5  # m, of a motion in which a wheel is held, at the default tolerance or tighter
 SMALLEST = 1e-3  # absolute / relative tolerance, SI units: the least scale of a path or a speed
 SMALLEST_ENERGY = 0.5 * ROBOT_MASS * SMALLEST**2  # J, of the robot at that speed
 WHEELS_CENTRE = math.hypot(Base.half_wheelbase, Base.half_track)  # m from O
@@ -22,8 +20,8 @@ PAGE = WrittenPart(ROOT / "docs" / "stress" / "stress.md", "scripts/study stress
 
 COLUMNS = (  # of stress.csv
     "group cell tolerance ending message outcome duration reached cpu_time base_cpu_time slowest_ms energy_error energy path "
-    "halving amplification_minus amplification_plus x y psi hundredth_distance switches shared_contacts cost_ratio ms_ratio "
-    "energy_ratio halving_ratio held_ratio").split()
+    "halving amplification_minus amplification_plus x y psi switches shared_contacts cost_ratio ms_ratio energy_ratio "
+    "halving_ratio").split()
 BRACES = str.maketrans({"{": "{{", "}": "}}"})  # for str.format
 
 
@@ -62,8 +60,6 @@ class Row(dict):
         self["ms_ratio"] = self["slowest_ms"] / MAX_MS
         self["energy_ratio"] = self["energy_error"] / (self["tolerance"] * (self["energy"] + SMALLEST_ENERGY))
         self["halving_ratio"] = self["halving"] / self.permitted_distance
-        compared = self["hundredth_distance"] >= 0 and self["shared_contacts"] > 0
-        self["held_ratio"] = self["hundredth_distance"] / MAX_HELD_ERROR if compared else 0.0
         self["outcome"] = "fails" if self.failures() else "holds" if self["halving_ratio"] <= 1 else "explained"
 
     def failures(self):
@@ -83,8 +79,6 @@ class Row(dict):
         elif self["halving_ratio"] > 1 and not self.is_sensitive:
             found.append((f"halving {{}} times (A {shown('.2g', self.amplification, 'unknown')})",
                           self["halving_ratio"]))
-        if self["held_ratio"] > 1:
-            found.append(("held wheel {} times", self["held_ratio"]))
         return found
 
 
@@ -146,19 +140,6 @@ def failure_table(failing):
          text.format(least_to_most([failure[3] for failure in failures]))] for (name, text), failures in found.items()])
 
 
-def held_text(rows):
-    """The random runs in which a wheel was held, and how far a hundredth of the tolerance moves their ends."""
-    compared = [row for row in rows if "hundredth_distance" in row]
-    if not compared:
-        return "None of these runs was compared with one at a hundredth of the tolerance."
-    held, others = ([row for row in compared if (row["shared_contacts"] > 0) == is_held] for is_held in (True, False))
-    distances = [f"{farthest:.1e} m" if farthest == farthest else "none"
-                 for farthest in (worst(of(some, "hundredth_distance")) for some in (held, others))]
-    return (f"Of {len(compared)} random runs at {power(compared[0]['tolerance'])}, {len(held)} hold a wheel, "
-            f"{sum(of(held, 'shared_contacts')):.0f} times in all. Largest distance from the end of a run at a "
-            f"hundredth of the tolerance: {distances[0]} with a held wheel, {distances[1]} without.")
-
-
 def written_part(rows):
     """What the script writes into the page."""
     failing, explained = ([row for row in rows if row["outcome"] == outcome] for outcome in ("fails", "explained"))
@@ -171,5 +152,4 @@ def written_part(rows):
                   f"requirements, {len(explained)} more are explained by a sensitive motion."),
         "[cells.csv](cells.csv) has every motion with its worst figures over the tolerances.\n",
         "### What does not hold\n", failure_table(failing) if failing else "Everything holds.\n",
-        paragraph(f"Explained by a sensitive motion: {', '.join(sensitive) or 'none'}."),
-        "### Held wheels\n", paragraph(held_text(rows))])
+        paragraph(f"Explained by a sensitive motion: {', '.join(sensitive) or 'none'}.")])

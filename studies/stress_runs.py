@@ -6,7 +6,6 @@ from dataclasses import dataclass, field
 
 from youbot_base_sim.base import Base
 from youbot_base_sim.command_line import Failed
-from .stress_cells import RANDOM_GROUP
 from .stress_report import MAX_MS, MAX_TIMES_BASE, MIN_PERMITTED, SMALL_ANGLE, WHEELS_CENTRE, Row
 
 CUT_AFTER = 1.3  # times the permitted time: timing noise must not cut a run that is just within it
@@ -22,12 +21,12 @@ class Run:
     message: str = ""
     summary: dict = field(default_factory=dict)  # of a run that finished or was cut
 
-    def distance(self, other, arm=WHEELS_CENTRE):
-        """Between the ends of two runs, m, with rotation at this distance from O; NaN unless both finished."""
+    def distance(self, other):
+        """Between the ends of two runs, m, with rotation at the wheels' centres; NaN unless both finished."""
         if not self.ending == other.ending == "finished":
             return math.nan
         x, y, psi = (self.summary["final"][key] - other.summary["final"][key] for key in ("x", "y", "psi"))
-        return math.hypot(x, y, arm * psi)
+        return math.hypot(x, y, WHEELS_CENTRE * psi)
 
 
 def run_cell(program, folder, cell, tolerance, cpu_limit=MAX_RUN, **variant):
@@ -66,17 +65,14 @@ def base_cost(simulate, cell, tolerance):
     return min(times) / cell.duration
 
 
-def measure(simulate, cell, tolerance, base, compare_held):
-    """A row of stress.csv. `compare_held`: whether random runs are compared with a hundredth of the tolerance."""
+def measure(simulate, cell, tolerance, base):
+    """A row of stress.csv."""
     row = Row(group=cell.group, cell=cell.name, tolerance=tolerance, duration=cell.duration,
               base_cpu_time=base * cell.duration)
     run = plain_run(simulate, cell, tolerance, row)
     milliseconds(simulate, cell, tolerance, row)
     if run.ending == "finished":
         halving(simulate, cell, tolerance, run, row)
-        if compare_held and cell.group == RANDOM_GROUP:
-            exact = simulate(cell, tolerance / 100)
-            row["hundredth_distance"] = run.distance(exact, 0) if exact.ending == "finished" else math.inf
     return row
 
 

@@ -71,18 +71,3 @@ class MeasuredPage:
         expected = dict(enumerate(self.rows, 1))
         wrong = self.wrong_rows(self.page())
         self.assertEqual([expected.get(number, "the number of rows") for number in wrong], [])
-
-    def test_would_fail_on_any_other_number(self):
-        page = self.page()
-        before, table, _ = self.part.parts(page)
-        for number, finding in enumerate(self.findings, 1):
-            measured, own = finding.measured(), printed(finding)
-            start = page.index(measured, len(before), len(before) + len(self.part.begin) + len(table))
-            for match in re.finditer(NUMBER, measured):
-                text = match.group()
-                if text not in own:
-                    continue  # part of the words
-                other = text[:-1] + str((int(text[-1]) + 2) % 10)  # one more might still be within the rounding
-                place = start + match.start()
-                changed = page[:place] + other + page[place + len(text):]
-                self.assertEqual(self.wrong_rows(changed), [number], f"{text} as {other} in {measured}")

@@ -34,8 +34,8 @@ struct Arguments {
 const Usage kUsage = {
     "random_scenes N [options]",
     "Simulates N random scenes and judges each by the same motion at 1e-10, one of 100 by another method.",
-    "\nExit status: 0 none is wrong and at most 1 % are called unreliable though right, 2 rejected input, "
-    "1 otherwise.\n",
+    "\nExit status: 0 none is wrong, none by radau slower than real time, and at most 1 % are called unreliable though "
+    "right, 2 rejected input, 1 otherwise.\n",
     "  random_scenes 1000 --seed 5001 --folder /tmp/found\n"
     "  random_scenes 1 --seed 5342    # scene 5342 alone\n"};
 
@@ -62,7 +62,8 @@ bool prepare(int argc, char** argv, Arguments& arguments) {
 struct Counts {
   std::array<std::uint64_t, kWords.size()> outcomes{};
   std::uint64_t refused = 0, badly_refused = 0;
-  double simulated = 0, cpu_time = 0;  // s
+  std::uint64_t slow = 0, slow_by_others = 0;  // slower than real time, by radau or another method
+  double simulated = 0, cpu_time = 0;          // s
 };
 
 class RandomScenes {
@@ -79,10 +80,13 @@ class RandomScenes {
     }
     for (std::size_t k = 0; k < kWords.size(); ++k) fmt::print("{:>7}  {}\n", counts_.outcomes[k], kWords[k]);
     fmt::print("{:>7}  refused\n{:>7}  refused badly\n", counts_.refused, counts_.badly_refused);
+    fmt::print("{:>7}  slower than real time by radau\n{:>7}  by other methods\n", counts_.slow,
+               counts_.slow_by_others);
     fmt::print("{:.4g} s simulated in {:.3g} s of processor time\n", counts_.simulated, counts_.cpu_time);
-    const bool good = outcome(Outcome::kWrong) + outcome(Outcome::kFailed) + counts_.badly_refused == 0 &&
-                      static_cast<double>(outcome(Outcome::kDoubted)) <=
-                          kDoubtedShare * static_cast<double>(std::max<std::uint64_t>(arguments_.count, 100));
+    const bool good =
+        outcome(Outcome::kWrong) + outcome(Outcome::kFailed) + counts_.badly_refused + counts_.slow == 0 &&
+        static_cast<double>(outcome(Outcome::kDoubted)) <=
+            kDoubtedShare * static_cast<double>(std::max<std::uint64_t>(arguments_.count, 100));
     return good ? kDone : kNotCompleted;
   }
 
@@ -127,10 +131,13 @@ class RandomScenes {
     ++counts_.outcomes[static_cast<std::size_t>(verdict.outcome)];
     counts_.simulated += scene.duration;
     counts_.cpu_time += verdict.cpu_time;
-    if (verdict.outcome == Outcome::kRight) return "";
-    return fmt::format("{}: {} by {}: {:.2g} m off, {:.2g} m allowed{}{}",
-                       kWords[static_cast<std::size_t>(verdict.outcome)], name_of(scene.model), scene.solver.method,
-                       verdict.error, verdict.allowed, verdict.reason.empty() ? "" : "; ", verdict.reason);
+    const bool slow = verdict.cpu_time > scene.duration;
+    if (slow) ++(scene.solver.method == "radau" ? counts_.slow : counts_.slow_by_others);
+    if (verdict.outcome == Outcome::kRight && !slow) return "";
+    return fmt::format("{}{}: {} by {}: {:.2g} m off, {:.2g} m allowed; {:.3g} s of processor time for {:.3g} s{}{}",
+                       slow ? "slower than real time, " : "", kWords[static_cast<std::size_t>(verdict.outcome)],
+                       name_of(scene.model), scene.solver.method, verdict.error, verdict.allowed, verdict.cpu_time,
+                       scene.duration, verdict.reason.empty() ? "" : "; ", verdict.reason);
   }
 
   static bool is_one_clear_line(const std::string& message) {

@@ -151,7 +151,7 @@ class SceneGenerator {
   Json make_floor() {
     Json floor;
     if (slips_ && chance(0.5)) floor["friction"] = chance(0.03) ? Json(0) : for_wheels(0.05, 1.5);
-    if (chance(0.4)) floor["slip_regularization"] = chance(0.2) ? log_uniform(1e-10, 1e-6) : log_uniform(1e-6, 1e-2);
+    if (chance(0.4)) floor["slip_regularization"] = chance(0.2) ? smallest_regularization() : log_uniform(1e-6, 1e-2);
     if (chance(0.15)) floor["viscous_friction"] = chance(0.05) ? 0 : log_uniform(1e3, 1e6);
     if (chance(0.15)) floor["gravity"] = around(9.81, 3);
     if (chance(0.2)) floor["slope"] = {{"angle", uniform(-0.3, 0.3)}, {"uphill", uniform(-4, 4)}};
@@ -161,6 +161,9 @@ class SceneGenerator {
     if (limits_friction_ && chance(0.2)) floor["patches"] = list_of(&SceneGenerator::make_patch);
     return floor;
   }
+
+  /// Other methods than radau take hours for a second of the smallest ones.
+  double smallest_regularization() { return by_radau_ ? log_uniform(1e-10, 1e-6) : log_uniform(1e-6, 1e-5); }
 
   Json make_patch() {
     if (chance(0.3)) return make_strip();
@@ -241,7 +244,8 @@ class SceneGenerator {
     if (!prescribed_ && chance(0.06)) {
       const Method& method = methods()[static_cast<std::size_t>(whole(0, static_cast<int>(methods().size()) - 1))];
       solver["method"] = method.name;
-      if (method.name != "radau") duration_ = log_uniform(2e-3, method.is_explicit ? 0.01 : 0.1);
+      by_radau_ = method.name == "radau";
+      if (!by_radau_) duration_ = log_uniform(2e-3, method.is_explicit ? 0.01 : 0.1);
     }
     if (!prescribed_ && chance(0.4))
       solver["control_period"] = flag() ? 1e-3 : chance(0.1) ? 0 : log_uniform(3e-4, 0.1);
@@ -350,6 +354,7 @@ class SceneGenerator {
   bool limits_friction_ = false, slips_ = false;
   bool prescribed_ = false;  // the wheels' angles
   double duration_ = 0;      // s
+  bool by_radau_ = true;
   int rollers_ = 6;
   Json scene_;
   std::string table_;

@@ -112,9 +112,16 @@ double distance(const Motion& a, const Motion& b) {
 
 Verdict judge(const Scene& scene, const std::string& judge_method) {
   Verdict verdict;
-  const double start = cpu_time();
-  const Motion motion = run(scene);
-  verdict.cpu_time = cpu_time() - start;
+  const auto time_of_run = [&](Motion& motion) {
+    const double start = cpu_time();
+    motion = run(scene);
+    return cpu_time() - start;
+  };
+  Motion motion;
+  verdict.cpu_time = time_of_run(motion);
+  for (int again = 0; again < 2 && std::abs(verdict.cpu_time / scene.duration - 1.5) < 0.5; ++again) {
+    verdict.cpu_time = std::min(verdict.cpu_time, time_of_run(motion));  // other programs slow a processor down
+  }
   verdict.reason = motion.failure.empty() ? motion.doubt : motion.failure;
   if (!motion.failure.empty()) {
     verdict.outcome = Outcome::kFailed;

@@ -40,7 +40,7 @@ struct Verdict {
   Outcome outcome = Outcome::kRight;
   double error = 0;     ///< largest distance from the exact motion over the rows, m; rotation at the wheels' centres
   double allowed = 0;   ///< what a reliable run promises, m
-  double cpu_time = 0;  ///< of the run that is judged, s
+  double cpu_time = 0;  ///< of the run that is judged, s; the least of three that take up to twice the duration
   std::string reason;   ///< why it was called unreliable, or failed
 };
 

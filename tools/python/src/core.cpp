@@ -5,7 +5,7 @@
 #include <pybind11/stl.h>
 
 #include <algorithm>
-#include <cmath>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <thread>
@@ -24,54 +24,18 @@ namespace {
 
 using Array = py::array_t<double, py::array::c_style | py::array::forcecast>;
 using Shape = std::vector<py::ssize_t>;
-using Eigen::Vector3d;
 
 // Numbers that Python may give, beside those of scenes.
-constexpr Range kTorques{-3e6, 3e6, "N m"}, kRates{-1e6, 1e6, "rad/s"}, kMask{0, 1, ""};
+constexpr Range kTorques{-3e6, 3e6, "N m"}, kRates{-1e6, 1e6, "rad/s"}, kPeriods{1, 1e9, "whole periods"};
 
-/// Threads that work without the GIL. The calling one works too, and looks out for Python's signals.
-class Crew {
- public:
-  explicit Crew(int threads) : threads_(threads) {}
+/// A value of Python in a message.
+std::string shown(const py::object& value) { return quote(py::repr(value).cast<std::string>()); }
 
-  /// As `share`; throws what Python's signal handlers raise, too.
-  template <class Work>
-  void for_each(std::size_t n, const Work& work) {
-    try {
-      const py::gil_scoped_release release;
-      caller_ = std::this_thread::get_id();
-      stopping_ = false;
-      share(n, threads_, stopping_, work, [this] { look(); });
-    } catch (const Interrupted&) {
-      throw py::error_already_set();
-    }
-  }
-
-  /// To be called by work that takes long: throws Interrupted after a signal, and once another thread threw.
-  void look() {
-    if (stopping_) throw Interrupted();
-    if (std::this_thread::get_id() != caller_ || Clock::now() - looked_ < std::chrono::milliseconds(50)) return;
-    const py::gil_scoped_acquire gil;
-    if (PyErr_CheckSignals() != 0) throw Interrupted();
-    looked_ = Clock::now();
-  }
-
- private:
-  using Clock = std::chrono::steady_clock;
-  struct Interrupted {};  // no std::exception, which ends a motion
-
-  int threads_;
-  std::thread::id caller_;
-  Clock::time_point looked_;  // by the caller
-  std::atomic<bool> stopping_{false};
-};
-
-/// A scene's file, and settings in place of its own values.
-using Source = std::pair<SceneFile, SceneSettings>;
+using Source = std::pair<SceneFile, SceneSettings>;  // which are in place of the file's own values
 
 /// A simulation that is audited from call to call.
 struct Run {
-  Run(const Scene& scene, Crew& crew) : simulation(scene), rows(simulation, [&crew] { crew.look(); }) {}
+  Run(const Scene& scene, std::function<void()> look) : simulation(scene), rows(simulation, std::move(look)) {}
 
   /// The reason why the motion so far may be unreliable, in one line; empty if it is reliable.
   std::string doubt() const { return ended.empty() ? unreliability_reason(simulation, rows, nullptr) : ended; }
@@ -83,18 +47,18 @@ struct Run {
 };
 
 /// The runs of a Simulation, whose shape is (), or of a Batch. What is wrong throws before any run changes. Where the
-/// motion has ended, a Simulation throws; runs of a Batch stand still.
+/// motion has ended, a Simulation throws; runs of a Batch stand still. Threads work without the GIL.
 class Runs {
  public:
   Runs(const std::vector<Source>& sources, Shape shape, int threads)
-      : shape_(std::move(shape)), crew_(threads), runs_(shape_.empty() ? 1 : static_cast<std::size_t>(shape_[0])) {
+      : shape_(std::move(shape)), threads_(threads), runs_(shape_.empty() ? 1 : static_cast<std::size_t>(shape_[0])) {
     make(sources);
   }
 
   /// Begins anew with other scenes: a source for each run, or one for all.
   void make(const std::vector<Source>& sources) {
     std::vector<Scene> scenes(sources.size());
-    crew_.for_each(scenes.size(), [&](std::size_t k) {
+    for_each(scenes.size(), [&](std::size_t k) {
       scenes[k] = load_scene(sources[k].first, sources[k].second, SceneUse::kRun, k == 0);
     });
     for (const Scene& scene : scenes) {
@@ -102,38 +66,37 @@ class Runs {
         if (PyErr_WarnEx(PyExc_UserWarning, warning.c_str(), 2) != 0) throw py::error_already_set();
       }
     }
-    crew_.for_each(idle().size(), [&](std::size_t k) { runs_[k].emplace(scenes[k % scenes.size()], crew_); });
+    for_each(idle().size(), [&](std::size_t k) { runs_[k].emplace(scenes[k % scenes.size()], [this] { look(); }); });
   }
 
   void reset(const py::object& where) {
-    const Array chosen = numbers("where", where, 1, kMask);
+    const Array chosen = flags("where", where);
     for (std::size_t k = 0; k < idle().size(); ++k) {
-      if (chosen.data()[k] != 0) runs_[k].emplace(Scene(runs_[k]->simulation.scene()), crew_);
+      if (chosen.data()[k] != 0) runs_[k].emplace(Scene(runs_[k]->simulation.scene()), [this] { look(); });
     }
   }
 
-  void step(const py::object& torque, int periods) {
-    if (periods < 1) throw py::value_error(fmt::format("periods = {}: must be a whole number > 0", periods));
+  void step(const py::object& torque, const py::object& periods) {
+    const Array count = numbers("periods", periods, 1, kPeriods, "iu");
     for (const auto& run : idle()) {
       if (run->simulation.scene().solver.control_period == 0)
         throw py::value_error("solver.control_period = 0: must be more than 0 s for steps; advance(t) needs none");
     }
     if (!torque.is_none()) set_torque(torque);
-    advance_all([&](Run& run, std::size_t /*k*/) {
+    advance_all([&](Run& run, std::size_t k) {
       const Simulation& now = run.simulation;
-      run.rows.advance_to(now.period_end() + (periods - 1) * now.scene().solver.control_period);
+      run.rows.advance_to(now.period_end() + (count.data()[k] - 1) * now.scene().solver.control_period);
     });
   }
 
-  void advance(double t) {
+  void advance(const py::object& to) {
     double now = 0;
     for (const auto& run : idle()) now = std::max(now, run->simulation.time());
-    if (!std::isfinite(t) || !ControlTime::reached(now, t))
-      throw py::value_error(fmt::format("t = {}: must be a finite number >= {}, the present time, s", t, now));
-    advance_all([&](Run& run, std::size_t /*k*/) { run.rows.advance_to(t); });
+    const Array t = numbers("t", to, 1, {now - ControlTime::rounding(now), 1e9, "s, not in the past"});
+    advance_all([&](Run& run, std::size_t k) { run.rows.advance_to(t.data()[k]); });
   }
 
-  /// Of each run, for each row of the scene or until the motion ends, t and the numbers of the state.
+  /// Of each run, for each row of the scene or until the motion ends, the numbers of simulate's row.
   std::vector<py::array_t<double>> run() {
     for (const auto& run : idle()) {
       if (const Scene& scene = run->simulation.scene(); std::holds_alternative<std::monostate>(scene.drive))
@@ -144,8 +107,8 @@ class Runs {
     std::vector<std::vector<double>> rows(runs_.size());
     advance_all([&](Run& run, std::size_t k) {
       for (const State& x = run.simulation.state(); run.rows.next();) {
-        rows[k].push_back(run.rows.t());
-        rows[k].insert(rows[k].end(), x.begin(), x.end());
+        rows[k].insert(rows[k].end(), {run.rows.t(), x.x(), x.y(), x.psi(), x.V_X(), x.V_Y(), x.Omega()});
+        rows[k].insert(rows[k].end(), x.phi().data(), x.phi().data() + 3 * kWheels);  // dphi and dgamma follow
       }
     });
     std::vector<py::array_t<double>> arrays;
@@ -158,33 +121,34 @@ class Runs {
     change([&](Run& run, std::size_t k) { run.simulation.set_torque(Wheels(values.data() + kWheels * k)); });
   }
 
-  void set_points(const std::string& name, const py::object& values) {
-    const bool tracks = name == "velocity", exerts = name == "torque";
-    if (!tracks && !exerts && name != "off")
-      throw py::value_error(fmt::format("mode = {}: must be off, torque or velocity", quote(name)));
+  void set_points(const py::object& mode_name, const py::object& values) {
+    const std::string name = py::repr(mode_name).cast<std::string>();
+    const bool tracks = name == "'velocity'", exerts = name == "'torque'";
+    if (!tracks && !exerts && name != "'off'")
+      throw py::value_error(fmt::format("mode = {}: must be 'off', 'torque' or 'velocity'", quote(name)));
     const Scene& scene = first().scene();
     const std::string limit = stable_period(scene, scene.motors.value_or(MotorSettings()).gains);
     if (tracks && !limit.empty())
-      throw py::value_error(
-          fmt::format("solver.control_period = {:g}: must be {}", scene.solver.control_period, limit));
+      throw py::value_error(fmt::format("control_period = {:g}: must be {}", scene.solver.control_period, limit));
     const Array points = numbers("values", values, kWheels, tracks ? kRates : kTorques);
     const DriveMode mode = tracks ? DriveMode::kVelocity : exerts ? DriveMode::kTorque : DriveMode::kOff;
     change([&](Run& run, std::size_t k) { run.simulation.set_points(mode, Wheels(points.data() + kWheels * k)); });
   }
 
-  void set_wrench(const py::object& force, const py::object& torque, const py::object& point, bool fixed) {
+  void set_wrench(const py::object& force, const py::object& torque, const py::object& point, const py::object& fixed) {
     const Array forces = numbers("force", force, 3, kWrenchForces);
     const Array torques = numbers("torque", torque, 1, kWrenchTorques);
-    const Array points = numbers("point", point, 3, kLoadPositions);
+    const Array points = numbers("point", point, 3, kLoadPositions), turned = flags("fixed", fixed);
     change([&](Run& run, std::size_t k) {
-      const Vector3d W(forces.data() + 3 * k), place(points.data() + 3 * k);
-      run.applied.wrenches = {{W, place, torques.data()[k], fixed}};
+      const Eigen::Vector3d W(forces.data() + 3 * k), place(points.data() + 3 * k);
+      run.applied.wrenches = {{W, place, torques.data()[k], turned.data()[k] != 0}};
       run.simulation.set_loads(run.applied);
     });
   }
 
   /// The loads of a scene, whose reader has checked them, or none.
-  void set_loads(const std::optional<Source>& source, bool keep_momentum) {
+  void set_loads(const std::optional<Source>& source, const py::object& keep_momentum) {
+    const Array keeps = flags("keep_momentum", keep_momentum);
     std::vector<Load> loads;
     const LoadSchedule given = source ? load_scene(source->first, source->second).load_schedule : LoadSchedule();
     for (const auto& planned : given.loads) {
@@ -196,20 +160,20 @@ class Runs {
       const std::string lifted = lifted_wheel(run.simulation.scene(), loads, run.simulation.time());
       if (!lifted.empty()) throw py::value_error("loads must be " + lifted);
     });
-    change([&](Run& run, std::size_t /*k*/) {
+    change([&](Run& run, std::size_t k) {
       run.applied.loads = loads;
-      run.simulation.set_loads(run.applied, keep_momentum);
+      run.simulation.set_loads(run.applied, keeps.data()[k] != 0);
     });
   }
 
   void set_state(const py::object& pose, const py::object& velocity, const py::object& phi, const py::object& where) {
-    const Array poses = numbers("pose", pose, 3, kPoses), chosen = numbers("where", where, 1, kMask);
+    const Array poses = numbers("pose", pose, 3, kPoses), chosen = flags("where", where);
     const Array twists = numbers("velocity", velocity, 3, kSpeeds);
     const Array angles = phi.is_none() ? Array() : numbers("wheel_angles", phi, kWheels, kWheelAngles);
     change([&](Run& run, std::size_t k) {
       if (chosen.data()[k] == 0) return;
       const auto own = phi.is_none() ? std::nullopt : std::make_optional<Wheels>(angles.data() + kWheels * k);
-      run.simulation.set_state(Vector3d(poses.data() + 3 * k), Vector3d(twists.data() + 3 * k), own);
+      run.simulation.set_state(Eigen::Vector3d(poses.data() + 3 * k), Eigen::Vector3d(twists.data() + 3 * k), own);
     });
   }
 
@@ -269,11 +233,33 @@ class Runs {
     }
   }
 
+  /// As `share`; throws what Python's signal handlers raise, too.
+  template <class Work>
+  void for_each(std::size_t n, const Work& work) {
+    try {
+      const py::gil_scoped_release release;
+      caller_ = std::this_thread::get_id();
+      stopping_ = false;
+      share(n, threads_, stopping_, work, [this] { look(); });
+    } catch (const Interrupted&) {
+      throw py::error_already_set();
+    }
+  }
+
+  /// To be called by work that takes long: throws Interrupted after a signal, and once another thread threw.
+  void look() {
+    if (stopping_) throw Interrupted();
+    if (std::this_thread::get_id() != caller_ || Clock::now() - looked_ < std::chrono::milliseconds(50)) return;
+    const py::gil_scoped_acquire gil;
+    if (PyErr_CheckSignals() != 0) throw Interrupted();
+    looked_ = Clock::now();
+  }
+
   template <class Work>
   void advance_all(const Work& work) {
     change([](const Run& /*run*/, std::size_t /*k*/) {});
     const std::unique_ptr<bool, void (*)(bool*)> busy(&(busy_ = true), [](bool* flag) { *flag = false; });
-    crew_.for_each(runs_.size(), [&](std::size_t k) {
+    for_each(runs_.size(), [&](std::size_t k) {
       Run& run = *runs_[k];
       try {
         if (run.ended.empty()) work(run, k);
@@ -287,40 +273,34 @@ class Runs {
     if (shape_.empty() && !runs_[0]->ended.empty()) throw std::runtime_error(runs_[0]->ended);
   }
 
-  /// So many numbers for each run, in C order; those of one run serve all of a batch.
-  Array numbers(const char* name, const py::object& value, py::ssize_t size, const Range& range) const {
+  /// So many numbers for each run, of these `kinds` of numpy's types; those of one run serve all of a batch.
+  Array numbers(const char* name, const py::object& value, py::ssize_t size, const Range& range,
+                const std::string& kinds = "fiu") const {
     const Shape shape = shape_of(size), each(shape.begin() + static_cast<py::ssize_t>(shape_.size()), shape.end());
-    const Array array = Array::ensure(value);
-    const Shape given = array ? Shape(array.shape(), array.shape() + array.ndim()) : Shape{-1};
+    const py::array any = py::array::ensure(value);
+    const Array array = any && kinds.find(any.dtype().kind()) != std::string::npos ? Array::ensure(any) : Array(0);
+    const Shape given(array.shape(), array.shape() + array.ndim());
     const auto allowed = [&](double number) { return contains(range, number); };
     if ((given == shape || given == each) && std::all_of(array.data(), array.data() + array.size(), allowed))
       return given == shape ? array : Array(py::module_::import("numpy").attr("broadcast_to")(array, shape));
-    throw py::value_error(fmt::format("{} = {}: must be numbers of shape {}, each {}", name,
-                                      quote(py::repr(value).cast<std::string>()),
-                                      std::string(py::str(py::tuple(py::cast(shape)))), text_of(range)));
+    const std::string of = shape.empty() ? "" : fmt::format("of shape {}, each ", shown(py::tuple(py::cast(shape))));
+    throw py::value_error(
+        fmt::format("{} = {}: must be {}{}", name, shown(value), of, kinds == "b" ? "True or False" : text_of(range)));
   }
 
+  Array flags(const char* name, const py::object& value) const { return numbers(name, value, 1, {0, 1, ""}, "b"); }
+
+  using Clock = std::chrono::steady_clock;
+  struct Interrupted {};  // no std::exception, which ends a motion
+
   Shape shape_;  // of the runs
-  Crew crew_;
+  int threads_;
+  std::thread::id caller_;
+  Clock::time_point looked_;  // by the caller
+  std::atomic<bool> stopping_{false};
   std::vector<std::optional<Run>> runs_;  // in one stretch of memory, for `states`
   bool busy_ = false;                     // guarded by the GIL
 };
-
-/// The contact of a wheel.
-struct Contact {
-  double V_PX, V_PY, F_X, F_Y, N, f, Delta_Y, M_S;
-  int roller, other_roller;
-};
-
-std::vector<Contact> contacts_of(const Run& run) {
-  const ContactDetails c = run.simulation.contacts();
-  std::vector<Contact> contacts;
-  for (int i = 0; i < kWheels; ++i) {
-    contacts.push_back({c.V_PX[i], c.V_PY[i], c.F_X[i], c.F_Y[i], c.N[i], c.f[i], c.Delta_Y[i], c.M_S[i],
-                        run.simulation.rollers()[i], run.simulation.other_rollers()[i].value_or(-1)});
-  }
-  return contacts;
-}
 
 }  // namespace
 
@@ -328,13 +308,13 @@ PYBIND11_MODULE(_core, module) {
   py::register_exception<SceneError>(module, "SceneError", PyExc_ValueError);
   py::register_exception<std::logic_error>(module, "LogicError", PyExc_ValueError);
   PYBIND11_NUMPY_DTYPE(RollerSwitch, t, wheel, roller_from, roller_to, phi, direction, count);
-  PYBIND11_NUMPY_DTYPE(Contact, V_PX, V_PY, F_X, F_Y, N, f, Delta_Y, M_S, roller, other_roller);
   py::class_<SceneFile>(module, "File")
       .def(py::init(&read_scene_file))
-      .def(py::init([](const char* name, const char* text) {
+      .def(py::init([](const std::string& name, const std::string& text) {
         return SceneFile{name, checked_yaml_text(name, text)};
       }));
-  py::class_<SceneSetting>(module, "Setting").def(py::init<std::string, std::string, bool>());
+  py::class_<SceneSetting>(module, "Setting").def(py::init<std::string, std::string>());
+  module.def("shown", &shown);
 
   py::class_<Runs> runs(module, "Runs");
   const auto figure = [&](const char* name, const char* doc, auto get) {
@@ -342,23 +322,24 @@ PYBIND11_MODULE(_core, module) {
   };
   figure("t", "Time, s.", [](const Run& run) { return std::array{run.simulation.time()}; });
   figure("energy", "Kinetic energy, J.", [](const Run& run) { return std::array{run.simulation.kinetic_energy()}; });
-  figure("energy_balance_error", "|change of energy - work of all torques and forces| since t = 0, J.",
-         [](const Run& run) { return std::array{run.simulation.energy_balance_error()}; });
   figure("ended", "Whether the motion cannot go on, as at the tipping limit; doubt says why.",
          [](const Run& run) { return std::array{!run.ended.empty()}; });
   figure("reliable", "Whether the motion so far is as accurate as docs/reliability.md says.",
          [](const Run& run) { return std::array{run.doubt().empty()}; });
+  figure("rollers", "(4,) numbers, 0 to n - 1, of the rollers that the wheels stand on.",
+         [](const Run& run) { return run.simulation.rollers(); });
+  figure("_contacts", "In the order of _CONTACTS.", [](const Run& run) {
+    const ContactDetails c = run.simulation.contacts();
+    std::array<double, 8 * kWheels> all;
+    Eigen::Map<Eigen::Array<double, kWheels, 8>>(all.data()) << c.V_PX, c.V_PY, c.F_X, c.F_Y, c.N, c.f, c.Delta_Y,
+        c.M_S;
+    return all;
+  });
   runs.def(py::init<std::vector<Source>, Shape, int>())
       .def("_make", &Runs::make)
       .def("_run", &Runs::run)
       .def("_set_loads", &Runs::set_loads)
       .def("_states", &Runs::states)
-      .def(
-          "contacts", [](Runs& r) { return r.read(&contacts_of); },
-          "(4,) contacts of the wheels now: slip V_PX, V_PY, m/s, and friction on the base F_X, F_Y, N, in the\n"
-          "platform's frame (in model coulomb F = -f N V_P / sqrt(nu^2 + V_P^2)); normal reaction N, N; coefficient\n"
-          "f; offset along the axle Delta_Y, m; spin friction M_S, N m; roller, 0 to n - 1, and other_roller, a\n"
-          "second one, or -1.")
       .def(
           "take_switches",
           [](Runs& r) {
@@ -367,15 +348,12 @@ PYBIND11_MODULE(_core, module) {
           },
           "Roller switches of a Simulation since the last call: t (s), wheel (0 to 3), roller_from, roller_to (0 to "
           "n - 1), phi (rad), direction (+1, -1), count (more than 1 where they follow too fast to be located).")
-      .def_property_readonly(
-          "scene", [](Runs& r) { return r.first().scene().resolved; },
-          "The (first) scene with settings and defaults, as YAML text.")
       .def_property(
           "torque", [](Runs& r) { return r.read([](const Run& run) { return run.simulation.torque(); }); },
           &Runs::set_torque, "(4,) N m: the torque M that acts now. A set one acts exactly, until it is set anew.")
       .def_property_readonly("statistics", &Runs::statistics, "Counters of the integration, as in simulate's summary.")
       .def_property_readonly("doubt", &Runs::doubts,
-                             "Why the motion so far may be unreliable, in one line; empty if it is reliable.")
+                             "Why the motion so far may be unreliable; empty if it is reliable.")
       .def("reset", &Runs::reset, "where"_a = true,
            "Back to the start and the drive of the scene; of a Batch, the runs `where` this is true.")
       .def("step", &Runs::step, "torque"_a = py::none(), "periods"_a = 1,
@@ -389,9 +367,8 @@ PYBIND11_MODULE(_core, module) {
            "A wrench in place of the last, besides the scene's: force (3,) N in the platform's frame or, if fixed, in "
            "the fixed one; torque, N m, about OZ; point (3,) m from O at the height of the axles.")
       .def("set_state", &Runs::set_state, "pose"_a, "velocity"_a, "wheel_angles"_a = py::none(), "where"_a = true,
-           "Puts the base at pose (x, y, psi), m and rad, with velocity (V_X, V_Y, Omega) in its own frame, m/s and "
-           "rad/s, on wheel angles (4,) rad, if given. Wheels and rollers then roll without slip. Of a Batch, the runs "
-           "`where` this is true.");
+           "Puts the base at pose (x, y, psi), m and rad, with velocity (V_X, V_Y, Omega) in its frame, m/s and rad/s, "
+           "on wheel angles (4,) rad, if given; it rolls without slip. Of a Batch, the runs `where` this is true.");
 }
 
 }  // namespace youbot_base_sim

@@ -45,7 +45,7 @@ class ManyRuns(unittest.TestCase):
                 for torque, single in enumerate(singles):
                     single.set_wrench([0, 20, 0], torque=torque)
                     single.set_loads([{"mass": 5, "position": [0, 0, 0.1]}])
-        for name in "t", "energy", "energy_balance_error", "torque", "state_vector", "reliable", "doubt", "ended":
+        for name in "t", "energy", "rollers", "torque", "state_vector", "reliable", "doubt", "ended":
             for mine, single in zip(getattr(batch, name), singles):
                 np.testing.assert_array_equal(mine, getattr(single, name), name)
         for mine, single in zip(batch.contacts(), singles):
@@ -92,16 +92,23 @@ class ManyRuns(unittest.TestCase):
         batch.step([1, 1, 1, 1], periods=10)
         before = batch.state_vector.tobytes(), batch.torque.tobytes(), batch.t.tobytes()
         for call, pattern in (
-                (lambda: batch.step(np.ones((2, 4))), r"torque = .*must be numbers of shape \(3, 4\)"),
+                (lambda: batch.step(np.ones((2, 4))), r"torque = .*must be of shape \(3, 4\)"),
                 (lambda: batch.step([[1] * 4, [1] * 4, [1, 1, 1, np.nan]]), "torque = "),
                 (lambda: batch.reset([True]), r"where = .*shape \(3,\)"), (lambda: batch.advance(0.001), "t = 0.001"),
                 (lambda: batch.expand("floor.friction", [0.1, 0.2, -1]), "friction = -1: must be"),
                 (lambda: batch.expand("floor.friction", [0.1]), "3 values"),
-                (lambda: batch.expand("drive", [{}] * 3), "no drive"),
-                (lambda: Batch(STEPPED, 0), "n = 0"), (lambda: Batch(STEPPED, 2, threads=-1), "threads = -1"),
-                (lambda: simulate_many([STEPPED]), "drive is left out"), (lambda: simulate_many([]), "at least 1"),
-                (lambda: simulate_many([LONG] * 3, [{}] * 2), "3 scenes with 2 settings")):
-            with self.subTest(pattern=pattern), self.assertRaisesRegex(ValueError, pattern):
+                *((lambda key=key: batch.expand(key, [{}] * 3), "must be a key besides") for key in ("drive", 3, None)),
+                *((lambda values=values: batch.expand("floor.friction", values), "must be a list of 3")
+                  for values in (1, None, "abc", {1: 1, 2: 2, 3: 3})),
+                *((lambda n=n: Batch(STEPPED, n), f"n = {n!r}: must be a whole number") for n in (0, "a", 1.5, None, 1j)),
+                (lambda: Batch(STEPPED, 2, threads=-1), "threads = -1"), (lambda: simulate_many([LONG], threads="a"), "threads"),
+                *((lambda scene=scene: make(scene), "scene = .*must be a file's path, YAML text or a dict")
+                  for scene in (3, None, [], 1j, np.ones(3), b"a: 1") for make in (Simulation, run)),
+                (lambda: run(LONG, 3), "settings = 3: must be a dict"), (lambda: run(LONG, {3: 4}), "3 = 4: must be a key"),
+                *((lambda wrong=wrong: simulate_many(wrong), "scenes = .*must be a list") for wrong in ([], 3, "ab", LONG)),
+                (lambda: simulate_many([STEPPED]), "drive is left out"),
+                (lambda: simulate_many([LONG] * 3, [{}] * 2), "must be a dict, or a list of 3")):
+            with self.subTest(pattern=pattern), self.assertRaisesRegex(ValueError, f"^[^\n]*{pattern}[^\n]*$"):
                 call()
             self.assertEqual(before, (batch.state_vector.tobytes(), batch.torque.tobytes(), batch.t.tobytes()))
 
