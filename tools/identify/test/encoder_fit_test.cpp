@@ -7,7 +7,6 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <random>
 
 #include "errors.h"
 #include "temporary_folder.h"
@@ -83,25 +82,6 @@ TEST(EncoderTwinTest, WithoutAnglesFitsTheMean) {
   EXPECT_EQ(fit.error_after, fit.error_unknown);
   EXPECT_LT(fit.error_after, fit.error_kinematics);
   EXPECT_NEAR(fit.best.scene.robot.R, 0.0508, 3e-4);
-}
-
-// A tracker of little worth: noise of 3 mm and 10 mrad, and headings that jump by up to 0.3 rad, a tenth of the time.
-TEST(EncoderTwinTest, TrackersMayBeNoisyAndJump) {
-  DriveRecord record = record_of(twin_of(5), kDrive);
-  std::mt19937_64 random(5);
-  std::normal_distribution<double> normal;
-  for (std::size_t k = 0; k < record.truth.size(); ++k) {
-    const double jump = k % 100 < 10 ? 0.3 * std::cos(static_cast<double>(k / 100)) : 0;
-    record.truth[k] += Eigen::Vector3d(3e-3 * normal(random), 3e-3 * normal(random), 0.01 * normal(random) + jump);
-  }
-  EncoderFitSettings settings;
-  settings.find_angles = false;
-  const EncoderFit fit = fit_encoders(measured_base(), {record}, settings);
-  EXPECT_GT(fit.drives.front().jumps, 20);
-  const Fit::Number& radius = fit.numbers.front();
-  EXPECT_EQ(radius.parameter->name(), "robot.wheel_radius");
-  EXPECT_NEAR(radius.value, 0.0508, 3 * radius.sigma);
-  EXPECT_LT(radius.sigma, 1e-4);
 }
 
 // Wheels that roll forward tell their radius alone: neither rollers, nor the track, nor where rollers stood.
