@@ -85,6 +85,7 @@ void refuse_output(const std::string& path, int error) { refuse(path, OutputFile
 
 OutputFile::Place OutputFile::place_of(const std::string& path) {
   if (path.empty()) throw OutputError("an output's name must not be empty");
+  if (path == "-") throw OutputError("an output's name must not be -: standard output is /dev/stdout");
   Place place;
   place.target = follow_links(path);
   struct stat status {};

@@ -130,7 +130,7 @@ diagnostic_msgs::DiagnosticArray diagnostics_message(const BaseDriver& driver, c
       integration_status(simulation),
       timing_status(timing)};
   if (const auto record = simulation.reaction_record()) message.status.push_back(reactions_status(*record));
-  DiagnosticStatusWrapper time = own_status("time", waits_for.empty(), waits_for.empty() ? "goes on" : waits_for);
+  DiagnosticStatusWrapper time = own_status("time", waits_for.empty(), waits_for.empty() ? "advances" : waits_for);
   for (const auto& [name, value] : counters) time.add(name, value);
   message.status.push_back(time);
   return message;

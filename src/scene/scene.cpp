@@ -116,7 +116,8 @@ void check_rollers(const RobotParameters& robot, const FloorParameters& floor, c
     roller_inertia.refuse(
         "a finite number > 0 where neither friction nor roller_damping nor roller_dry_friction holds the rollers");
   }
-  if (robot.R_d >= robot.R) axis_radius.refuse(fmt::format("less than wheel_radius, {}", robot.R));
+  if (robot.R_d >= robot.R)
+    axis_radius.refuse(fmt::format("less than wheel_radius, {}; left out it is {}", robot.R, RobotParameters().R_d));
 }
 
 void check_kinematics(const RobotParameters& robot, const SceneValue& roller_angle) {

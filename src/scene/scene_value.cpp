@@ -194,7 +194,7 @@ void SceneValue::finish() const {
         fmt::format("{}: {} = {}: must be keys with values: {}", file_, path_, shown(node_), fmt::join(known_, ", ")));
   }
   if (path_.empty() && node_.size() > 0 && !has_known_key()) {  // not shown, as above
-    throw SceneError(fmt::format("{}: {} = (other keys): must have some of {}", file_, kind_, fmt::join(known_, ", ")));
+    throw SceneError(fmt::format("{}: is not a {}: must have some of {}", file_, kind_, fmt::join(known_, ", ")));
   }
   std::set<std::string> seen;
   for (const auto& entry : node_) {

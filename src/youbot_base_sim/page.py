@@ -11,8 +11,8 @@ HEAD = """<!DOCTYPE html>
 <meta http-equiv="Content-Security-Policy" content="default-src 'none'; img-src data:; style-src 'unsafe-inline'">
 <title>analyse</title>
 <style>
-body { max-width: 60em; margin: auto; font: 16px/1.4 sans-serif; color: black; background: white }
-th { padding-right: 1em; font-weight: normal; text-align: left; vertical-align: top }
+body { max-width: 60em; margin: auto; padding: 0 1em; font: 16px/1.4 sans-serif; color: black; background: white }
+th { padding-right: 1em; font-weight: normal; text-align: left; vertical-align: top; white-space: nowrap }
 td { font-family: monospace; white-space: pre-wrap }
 div { overflow-x: auto }
 img { width: 100%; min-width: 40em }

@@ -77,6 +77,7 @@ TEST_F(ProgramsTest, SimulateRefusesBadOptions) {
   }
   for (const std::string option : {"--relative-tolerance", "--cpu-limit"})
     expect_simulate_refuses({good_, option, ""}, {option + " = \"\": must not be empty"});
+  expect_simulate_refuses({good_, "--csv", "-"}, {"standard output is /dev/stdout"});
   expect_simulate_refuses({good_, "--model", "rigid"}, {"model", "rigid", "no_slip, viscous or coulomb"});
   expect_simulate_refuses({good_, "--model", "coulomb", "--model", "viscous"}, {"--model"});
   expect_simulate_refuses({good_, "--contacts"}, {"--contacts", "--bag"});

@@ -473,7 +473,7 @@ TEST_F(SceneTest, RefusesWhatIsNoSceneFile) {
   EXPECT_EQ(refusal_of(text), text + ": scene = (text): must be keys with values");
   EXPECT_EQ(refusal_of(list), list + ": scene = (list): must be keys with values");
   const std::string twice = folder_.write("twice", "secret: 1\nsecret: 2\n");
-  EXPECT_EQ(refusal_of(twice).find(twice + ": scene = (other keys): must have some of "), 0u) << refusal_of(twice);
+  EXPECT_EQ(refusal_of(twice).find(twice + ": is not a scene: must have some of "), 0u) << refusal_of(twice);
   expect_refused(kDrive + std::string("duration: 3\n"), "duration", "3", "given twice; allowed once");
 }
 

@@ -155,8 +155,8 @@ class SweepPlots(Plots):
                 self.assertTrue(self.plot.exists())
 
     def test_columns_are_shown_in_words(self):
-        table = (ROOT / "docs" / "sweep.md").read_text().partition("| quantity | |")[2].partition("\n\n")[0]
-        quantities = re.findall("`([a-zA-Z_]+)`", "".join(row.split("|")[1] for row in table.split("\n")[2:]))
+        table = (ROOT / "tools" / "sweep" / "src" / "quantities.cpp").read_text()
+        quantities = re.findall(r'^ +{"(\w+)", "', table, re.MULTILINE)
         self.assertEqual(set(quantities), set(plot_sweep.QUANTITIES))
         for name, words in (("largest_slip", "largest slip speed, m/s"), ("floor.friction", "floor: friction"),
                             ("initial.wheel_angles[3]", "initial: wheel angles, back right, rad"),

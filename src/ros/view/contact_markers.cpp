@@ -34,7 +34,7 @@ std_msgs::ColorRGBA colour(double r, double g, double b, double a = 1) {
 
 const std_msgs::ColorRGBA kText = colour(1, 1, 1);
 const std_msgs::ColorRGBA kFriction = colour(1, 0.85, 0.1), kSlip = colour(0.85, 0.4, 1);
-const std_msgs::ColorRGBA kSticks = colour(0.2, 0.8, 0.3), kSlides = colour(0.95, 0.15, 0.1);
+const std_msgs::ColorRGBA kSticks = colour(0.1, 0.8, 0.6), kSlides = colour(1, 0.42, 0.25);
 const std_msgs::ColorRGBA kLifted = colour(0.5, 0.5, 0.5);
 const std_msgs::ColorRGBA kReaction = colour(0.35, 0.75, 1), kOffFloor = colour(1, 0.45, 0.1);
 const std_msgs::ColorRGBA kUphill = colour(0.95, 0.95, 0.95), kLoad = colour(0.75, 0.55, 0.3, 0.8);
@@ -255,10 +255,10 @@ std::string warning(const Simulation& simulation) {
 /// The legend, from its lowest line upwards, and the status above it.
 void add_legend(Markers& markers, const Simulation& simulation, const MarkerOptions& options,
                 const std::string& status) {
-  const std::string of_force = fmt::format("{:.3g} N each 10 cm", 0.1 / options.friction_scale);
+  const std::string of_force = fmt::format("{:.3g} cm each 10 N", 1e3 * options.friction_scale);
   std::vector<std::pair<std::string, std_msgs::ColorRGBA>> lines = {
       {"friction, " + of_force, kFriction},
-      {fmt::format("slip, {:.3g} m/s each 10 cm", 0.1 / options.slip_scale), kSlip},
+      {fmt::format("slip, {:.3g} cm each cm/s", options.slip_scale), kSlip},
       {"roller on the floor", kSticks},
       {"at the limit of friction", kSlides}};
   if (shows_reactions(simulation)) lines.emplace_back("normal reaction, " + of_force, kReaction);

@@ -16,7 +16,7 @@ def analyse(record):
     odom, truth = (record.need(name, *POSE[:3]) for name in ("odom", "ground_truth"))
     aligned = Aligned(odom, truth)
     section = Section("odometry", "Odometry against ground truth, aligned in position and heading at t = "
-                                  f"{aligned.t[0]:.3f} s")
+                                  f"{round(aligned.t[0], 3) + 0:.3f} s")
     length, rotation = aligned.length[-1], aligned.rotation[-1]
     section.say("path length and rotation", f"{length:.3f} m, {math.degrees(rotation):.1f} deg",
                 path_length=(length, "m"), rotation=(rotation, "rad"))

@@ -208,7 +208,7 @@ TEST_F(FamiliesTest, RefuseOtherContradictions) {
   folder_.write("no_drive.yaml", "duration: 1\n");
   expect_refusal(refusal("scene: no_drive.yaml\naxes: " + kAxes + "\ndraws: 2\n"),
                  {"no_drive.yaml", "drive is left out"});
-  expect_refusal(refusal("duration: 1\ndrive: {}\n"), {"family = (other keys)", "scene, axes"});
+  expect_refusal(refusal("duration: 1\ndrive: {}\n"), {"is not a family", "scene, axes"});
   expect_refusal(refusal("- 1\n"), {"family = (list)"});
   expect_refusal(refusal("scene: scene.yaml\n---\nx: 1\n"), {"a family is one"});
 }
