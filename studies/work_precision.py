@@ -1,7 +1,7 @@
 """Measures error against run time of this package and of other solvers on the same equations, in about 15 minutes.
 Writes work_precision.md, its tables in CSV and the diagram .png. With --quick it takes a minute, and prints how Cases 1
-and 2 compare with CVODE and rosenbrock4. Builds what it needs in build/bench/, with
-CMAKE_ARGUMENTS for cmake's configure step, and installs SUNDIALS, matplotlib and PyYAML if they are missing."""
+and 2 compare with CVODE and rosenbrock4. Builds what it needs in build/bench/, and installs SUNDIALS, matplotlib and
+PyYAML if they are missing."""
 import json
 import math
 import re
