@@ -3,7 +3,7 @@ import numpy as np
 from matplotlib.lines import Line2D
 
 from youbot_base_sim.figures import BLACK, BLUE, RED, SKY, WHEEL_COLOURS, WHEEL_NAMES, curve
-from .claims import NU, R, R_D, by_rollers, part
+from .claims import R, R_D, by_rollers, part
 from .drawing import finish_paths, finished, letter, panels, path
 from .runs import DEGREES
 
@@ -19,14 +19,19 @@ def with_models(figure, models):
 
 
 def torques(study, title):
-    """Fig. 4: the wheels' torques over time, the same in all models."""
-    figure, (axis,) = panels(1, 1, title)
-    run = study.whole["coulomb"].truth
-    for i, (wheel, colour) in enumerate(zip(WHEEL_NAMES, WHEEL_COLOURS.values())):  # the front ones may lie beneath
-        curve(axis, run["t"], run["torque"][:, i], color=colour, label=f"$M_{i + 1}$ ({wheel})",
-              linestyle="--" if i > 1 else "-", linewidth=1.2 if i > 1 else 2.4)
-    axis.set(xlabel="t, s", ylabel="M, N m", xlim=(0, study.scene.duration))
-    return finished(figure, *axis.get_legend_handles_labels())
+    """Fig. 4: the wheels' torques over time; of each model, where they differ."""
+    runs = {model: run.truth for model, run in study.whole.items()}
+    same = all(np.allclose(run["torque"], runs["coulomb"]["torque"], atol=1e-6) for run in runs.values())
+    figure, axes = panels(*((1, 1) if same else (2, 2)), title)
+    for i, (wheel, colour) in enumerate(zip(WHEEL_NAMES, WHEEL_COLOURS.values())):
+        axis, name = axes[0 if same else i], f"$M_{i + 1}$ ({wheel})"
+        for model in ["coulomb"] if same else runs:
+            curve(axis, runs[model]["t"], runs[model]["torque"][:, i],
+                  **(STYLES[model] if not same else dict(  # the front wheels may lie beneath the back ones
+                      color=colour, label=name, linestyle="--" if i > 1 else "-",
+                      linewidth=1.2 if i > 1 else 2.4)))
+        axis.set(xlabel="t, s", ylabel="M, N m" if same else name + ", N m", xlim=(0, study.scene.duration))
+    return finished(figure, *axes[0].get_legend_handles_labels()) if same else with_models(figure, runs)
 
 
 def motion(study, title):
@@ -77,17 +82,19 @@ def spread(study, title):
     size, lowest = np.ptp(ends, axis=1), ends.min(axis=1)
     for axis in axes[:2]:
         finish_paths(axis, runs[0])
-    (left, right), (bottom, top) = np.add.outer(lowest, (-0.1 * size.max(), 1.1 * size.max()))
+    (left, right), (bottom, top) = np.add.outer(lowest, (-0.1 * size.max(), 1.1 * size.max() or 1))
     axes[1].set(xlim=(left, right), ylim=(bottom, top), aspect="equal", adjustable="box")
     axes[2].set(xlabel="t, s", ylabel="$\\psi$, degrees", xlim=(0, study.scene.duration))
+    further = study.scene.roller_pitch / 2 * DEGREES
     letter(axes, ("trajectories of O, model 2b", f"ends: {size[0]:.2f} m by {size[1]:.2f} m", "heading"))
     return finished(figure, [Line2D([], [], color=BLACK), Line2D([], [], color=BLUE)],
-                    ["wheel angles of the scene", "the other 15 combinations, some wheels 30° further"])
+                    ["wheel angles of the scene", f"the other 15 combinations, some wheels {further:.3g}° further"])
 
 
 def contact(study, title):
     """Fig. 10: friction force and slip speed at P_1, with the switches of the first wheel marked."""
     figure, axes = panels(1 + len(study.contact), 1, title, 2)
+    nu = float(study.scene.values.get("floor", {}).get("slip_regularization", 1e-3))
     highest = 0
     for axis, (model, run) in zip(axes[1:], study.contact.items()):
         t = run.contacts["t"]
@@ -96,15 +103,15 @@ def contact(study, title):
         curve(axis, t, slip, **ZOOMED[model])
         after_start = t > 0.01 * t[-1]
         highest = max(highest, force[after_start].max())
-        axis.axhline(NU, color=BLACK, linewidth=0.6)
-        axis.text(t[-1], NU, " $\\nu$", va="center")
-        axis.set(yscale="log", ylim=(NU / 3, 3 * slip[after_start].max()), ylabel="$|v_{P_1}|$, m/s")
+        axis.axhline(nu, color=BLACK, linewidth=0.6)
+        axis.text(t[-1], nu, " $\\nu$", va="center")
+        axis.set(yscale="log", ylim=(nu / 3, 3 * max(slip[after_start].max(), nu)), ylabel="$|v_{P_1}|$, m/s")
         for time in run.switches[0][0]:
             for one in (axes[0], axis):
                 one.axvline(time, color=STYLES[model]["color"], linestyle=":")
     curve(axes[0], t, limit, color=BLACK, linewidth=0.6, zorder=1)
     axes[0].text(t[-1], limit[-1], " $f N_1$", va="center")
-    axes[0].set(ylim=(0, 1.1 * highest), ylabel="$|F_1|$, N")
+    axes[0].set(ylim=(0, 1.1 * highest or None), ylabel="$|F_1|$, N")
     for axis in axes:
         axis.set(xlabel="t, s", xlim=(0, t[-1]))
     letter(axes, ["friction force at the front left wheel (dotted: its roller switches)",

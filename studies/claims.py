@@ -7,7 +7,7 @@ import numpy as np
 from youbot_base_sim.base import Base
 from .builds import ROOT
 from .pages import Finding, WrittenPart
-from .runs import DEGREES, MODELS, Motion, Study, mean
+from .runs import DEGREES, MODELS, Motion, Scene, Study, mean
 
 RADIUS, PERIOD = 2.5, 30.0  # of the circle of both cases: m, s
 SPEED, YAW_RATE = RADIUS * 2 * np.pi / PERIOD, 2 * np.pi / PERIOD
@@ -22,7 +22,8 @@ class Cases:
 
     def __init__(self):
         self.case1, self.as_printed, self.case2 = (
-            Study(name) for name in ("case1_counter_clockwise", "case1_as_printed", "case2"))
+            Study(Scene(ROOT / "config" / "scenes" / f"{name}.yaml"))
+            for name in ("case1_counter_clockwise", "case1_as_printed", "case2"))
 
 
 Claim = namedtuple("Claim", "section says why measure")  # measure: a function of Cases, returns a Finding

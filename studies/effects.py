@@ -24,7 +24,7 @@ class Effect:
     to_the_limit: bool = False
 
     def motions(self):
-        scene = Scene(self.scene)
+        scene = Scene(ROOT / "config" / "scenes" / f"{self.scene}.yaml")
         scenes = self.runs(scene.sampled(scene.duration, ROWS))
         return {label: Motion(scene, to_the_limit=self.to_the_limit) for label, scene in scenes.items()}
 

@@ -3,12 +3,13 @@ import copy
 import itertools
 import math
 from functools import cached_property
+from pathlib import Path
 
 import numpy as np
 import yaml
 
 from youbot_base_sim._simulator import Simulation, simulate_many
-from .builds import ROOT
+from youbot_base_sim.command_line import Failed, Refused
 
 MODELS = ("no_slip", "viscous", "coulomb")  # the paper's 1, 2a and 2b
 DEGREES = 180 / math.pi
@@ -20,14 +21,31 @@ def mean(t, values):
 
 
 class Scene:
-    """A scene of config/scenes. All its scalars stay the text that they are: only the simulator knows what they mean."""
+    """A scene file. All its scalars stay the text that they are: only the simulator knows what they mean."""
 
-    def __init__(self, name):
-        self.values = yaml.load((ROOT / "config" / "scenes" / f"{name}.yaml").read_text(), Loader=yaml.BaseLoader)
+    def __init__(self, path):
+        self.path, self.name = Path(path), Path(path).stem
+        try:
+            Simulation(self.path).advance(0)
+        except ValueError as error:
+            raise Refused(error)
+        self.values = yaml.load(self.path.read_text(), Loader=yaml.BaseLoader)
+        drive = self.values.get("drive", {})
+        for key in {"torque_table", "velocity_table", "wheel_angle_table"} & set(drive):
+            drive[key] = str(self.path.parent.absolute() / drive[key])
 
     @property
     def duration(self):
         return float(self.values["duration"])
+
+    @property
+    def wheel_angles(self):
+        return [float(angle) for angle in self.values.get("initial", {}).get("wheel_angles", [0] * 4)]
+
+    @property
+    def roller_pitch(self):
+        """Angle of the wheel from one roller to the next, rad."""
+        return 2 * math.pi / int(self.values.get("robot", {}).get("rollers_per_wheel", 6))
 
     def changed(self, **sections):
         """The scene with other values: changed(duration=3, initial=dict(wheel_angles=[...])); None leaves a key out."""
@@ -58,9 +76,9 @@ class Motion:
             for t in [*np.arange(0, scene.duration * rate * (1 - 1e-12)) / rate, scene.duration]:
                 simulation.advance(t)
                 rows.append((simulation.t, simulation.state.copy(), simulation.torque, simulation.contacts()))
-        except RuntimeError:
+        except RuntimeError as error:
             if not to_the_limit:
-                raise
+                raise Failed(f"{scene.path}: {error}")
         t, state, torque, contacts = map(np.array, zip(*rows))
         self.truth = dict({name: state[name] for name in state.dtype.names}, t=t, torque=torque)
         force, limit = np.hypot(contacts["F_X"], contacts["F_Y"]), contacts["f"] * contacts["N"]
@@ -77,34 +95,37 @@ class Study:
     ROWS, CONTACT_ROWS, SPREAD_ROWS = 6000, 10000, 300  # of a motion
     BEGINNING, CONTACT = 20, 5  # roller switches of the first wheel that the figures of the beginning show
 
-    def __init__(self, name):
-        self.scene = Scene(name)
+    def __init__(self, scene, models=MODELS):
+        self.scene, self.models = scene, models
 
     @cached_property
     def whole(self):
         """By model, the whole motion."""
         scene = self.scene.sampled(self.scene.duration, self.ROWS)
-        return {model: Motion(scene, model) for model in MODELS}
+        return {model: Motion(scene, model) for model in self.models}
 
     @cached_property
     def beginning(self):
         """By model, the motion's beginning."""
         scene = self.scene.sampled(self.until_switch(self.BEGINNING), self.ROWS)
-        return {model: Motion(scene, model) for model in MODELS}
+        return {model: Motion(scene, model) for model in self.models}
 
     @cached_property
     def contact(self):
         """By model, 2a and 2b, the motion's beginning, for its contacts."""
         scene = self.scene.sampled(self.until_switch(self.CONTACT), self.CONTACT_ROWS)
-        return {model: Motion(scene, model) for model in MODELS[1:]}
+        return {model: Motion(scene, model) for model in self.models if model != "no_slip"}
 
     def until_switch(self, count):
-        """Time (s) a little beyond this switch of the first wheel."""
-        return float(f"{1.1 * self.whole['coulomb'].switches[0][0][count - 1]:.2g}")
+        """Time (s) a little beyond this switch of the first wheel, if there is one within the duration."""
+        times = self.whole["coulomb"].switches[0][0]
+        end = float(f"{1.1 * times[count - 1]:.2g}") if len(times) >= count else 0
+        return min(self.scene.duration, end if end > 0 else math.inf)
 
     def half_pitch_angles(self):
-        """16 rows of initial wheel angles, rad: each wheel stands as in the scenes or half a roller further."""
-        return 0.1 + math.pi / 6 * np.array(list(itertools.product((0, 1), repeat=4)))
+        """16 rows of initial wheel angles, rad: each wheel stands as the scene says or half a roller further."""
+        further = np.array(list(itertools.product((0, 1), repeat=4)))
+        return self.scene.wheel_angles + self.scene.roller_pitch / 2 * further
 
     def spread(self, angles):
         """Rows of model 2b from these initial wheel angles, rows of four, rad."""

@@ -40,7 +40,7 @@ class Contact(unittest.TestCase):
         X, Y = 0.235 * np.array([1, 1, -1, -1]), 0.15 * np.array([1, -1, 1, -1])
         delta = np.radians([-45, 45, 45, -45])
         for model in ("viscous", "coulomb"):
-            motion = runs.Motion(runs.Scene("case2").sampled(0.3, 300), model)
+            motion = runs.Motion(runs.Scene(ROOT / "config/scenes/case2.yaml").sampled(0.3, 300), model)
             V_X, V_Y, Omega = (motion.truth[name][:, None] for name in ("V_X", "V_Y", "Omega"))
             dphi, dgamma = motion.truth["dphi"], motion.truth["dgamma"]
             angle = (motion.truth["phi"] + np.pi / 6) % (np.pi / 3) - np.pi / 6  # (2.1)
@@ -59,21 +59,61 @@ class Contact(unittest.TestCase):
 
 
 class Script(unittest.TestCase):
-    def draw(self, *arguments):
-        return subprocess.run([sys.executable, STUDY, "paper_figures", "--module", MODULE, *arguments],
-                              capture_output=True, text=True, timeout=300)
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.path = Path(folder.name)
 
-    def test_draws_a_figure(self):
-        with tempfile.TemporaryDirectory() as folder:
-            done = self.draw("--only", "10", "-o", folder)
-            self.assertEqual((done.returncode, done.stdout, done.stderr), (0, f"1 figure: {folder}/\n", ""))
-            self.assertGreater(Path(folder, "fig10.png").stat().st_size, 5000)
+    def write(self, name, text):
+        path = self.path / name
+        path.parent.mkdir(exist_ok=True)
+        path.write_text(text)
+        return path
+
+    def draw(self, *arguments):
+        done = subprocess.run([sys.executable, STUDY, "paper_figures", "--module", MODULE, *arguments], cwd=self.path,
+                              capture_output=True, text=True, timeout=300)
+        return done.returncode, done.stdout, done.stderr
+
+    def expect_refused(self, arguments, *words):
+        status, out, err = self.draw(*arguments)
+        self.assertEqual((status, out), (2, ""), err)
+        self.assertEqual(err.count("\n"), 1, err)
+        self.assertTrue(err.startswith("paper_figures: "), err)
+        for word in words:
+            self.assertIn(word, err)
+
+    def test_draws_a_scene_with_its_table(self):
+        self.write("scenes/rates.csv", "t,fl,fr,bl,br\n0,-3,3,3,-3\n0.5,3,3,3,3\n")
+        scene = self.write("scenes/my_base.yaml",
+                           "duration: 1\nrobot: {rollers_per_wheel: 8, profile: measured}\n"
+                           "initial: {wheel_rates: [-1, 1, 1, -1]}\ndrive: {velocity_table: rates.csv}\n")
+        self.assertEqual(self.draw(scene), (0, "6 figures: my_base_figures/\n", ""))
+        kinds = ("torques", "motion", "velocities", "spread", "beginning", "contact")
+        self.assertEqual({path.name for path in (self.path / "my_base_figures").iterdir()},
+                         {f"my_base_{kind}.png" for kind in kinds})
+
+    def test_draws_a_scene_beyond_the_paper_with_the_models_that_take_it(self):
+        scene = self.write("ramp.yaml", "duration: 0.2\nrobot: {normal_reactions: dynamic}\n"
+                           "drive: {torque: [{start: 0, constant: [1, 1, 1, 1]}]}\n")
+        status, out, err = self.draw(scene)
+        self.assertEqual((status, out), (0, "6 figures: ramp_figures/\n"), err)
+        self.assertEqual([line.split(": ")[1] for line in err.splitlines()],
+                         ["without model no_slip", "without model viscous"])
 
     def test_refuses_in_one_line(self):
-        for arguments in ("--only", "3"), ("--claims", "--only", "4"), ("--claims", "a"):
-            done = self.draw(*arguments)
-            self.assertEqual((done.returncode, done.stdout, done.stderr.count("\n")), (2, "", 1), done.stderr)
-            self.assertTrue(done.stderr.startswith("paper_figures: "), done.stderr)
+        good = self.write("good.yaml", "duration: 1\ndrive: {torque: [{start: 0, constant: [1, 1, 1, 1]}]}\n")
+        bad = self.write("bad.yaml", "duration: -1\ndrive: {torque: [{start: 0, constant: [1, 1, 1, 1]}]}\n")
+        self.expect_refused([bad], str(bad), "duration", "-1")
+        self.expect_refused([self.write("list.yaml", "[1, 2]\n")], "list.yaml")
+        self.expect_refused([self.write("broken.yaml", "duration: [1\n")], "broken.yaml", "YAML")
+        self.expect_refused([self.path / "missing.yaml"], "missing.yaml", "No such file")
+        self.expect_refused([self.path], str(self.path))
+        self.expect_refused([good, "--only", "8"], "--only 8", "4, 5, 6, 7, 9 or 10")
+        self.expect_refused(["--only", "3"], "--only 3", "10")
+        self.expect_refused(["--claims", "99"], "--claims 99", str(len(claims.CLAIMS)))
+        self.expect_refused([good, "--claims"], "--claims")
+        self.assertEqual(list(self.path.glob("*_figures")), [])
 
 
 if __name__ == "__main__":

@@ -6,6 +6,7 @@ import unittest
 from harness import ROOT
 
 LARGEST_TEXT = 100_000  # bytes, of what a program has written into docs/
+MOST_WORDS = 25_000  # of README.md, CONTRIBUTING.md, SECURITY.md and docs/*.md, without listings
 PAGES = [*ROOT.glob("*.md"), *(ROOT / "docs").rglob("*.md"), *(ROOT / "examples").rglob("*.md")]
 
 
@@ -33,6 +34,11 @@ class PagesTest(unittest.TestCase):
         for path in (ROOT / "docs").rglob("*.*"):
             if path.suffix not in (".png", ".gif"):
                 self.assertLessEqual(path.stat().st_size, LARGEST_TEXT, path)
+
+    def test_pages_have_few_words(self):
+        pages = (page.read_text() for page in PAGES if page.parent in (ROOT, ROOT / "docs"))
+        lines = "\n".join(re.sub(r"(?ms)^```.*?^```$", "", page) for page in pages).split("\n")
+        self.assertLessEqual(sum(len(line.split()) for line in lines if not line.startswith("    ")), MOST_WORDS)
 
 
 class NumbersTest(unittest.TestCase):
