@@ -197,10 +197,10 @@ void compare(unsigned seed, std::vector<Row>& rows) {
   add([&] { return Kinematics().poses(test); });
   add([&] { return calibrated(training).poses(test); });
   add([&] { return followed(test, guessed_base(), {}, true); });
-  add([&] { return followed(test, unknown.scene, {}, true); });
-  add([&] { return followed(test, with_rates.scene, {}, true, true); });
-  add([&] { return followed(test, with_rates.scene, known, false); });
-  add([&] { return followed(test, with_rates.scene, known, true); });
+  add([&] { return followed(test, unknown.best.scene, {}, true); });
+  add([&] { return followed(test, with_rates.best.scene, {}, true, true); });
+  add([&] { return followed(test, with_rates.best.scene, known, false); });
+  add([&] { return followed(test, with_rates.best.scene, known, true); });
 }
 
 }  // namespace

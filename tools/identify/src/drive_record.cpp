@@ -247,7 +247,6 @@ std::vector<std::string> inspect_encoders(DriveRecord& record) {
 std::vector<std::string> find_pushes(DriveRecord& record, const Readings& predicted) {
   constexpr double kFilter = 0.1, kMinTorque = 0.12, kMinRate = 0.08, kApart = 1.0;  // s, N m, rad/s, s
   constexpr double kFactor = 8;
-  constexpr std::array<const char*, kModes> kDirections = {"forward", "lateral", "yaw"};
   Findings findings;
   if (!record.has_torque()) return findings;
   const auto rate = low_pass(record.t, modes_of(record.dphi, predicted.dphi), kFilter);

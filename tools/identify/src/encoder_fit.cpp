@@ -22,18 +22,19 @@ namespace {
 
 // s, between compared poses: no multiple of their intervals. Interpolated truth is less noisy and would draw the clock.
 constexpr double kWindow = 0.2427;
-constexpr double kBlock = 4;         // s: stretches that are held out, and whose errors count as independent
-constexpr int kHeldOut = 3;          // every such one is held out
-constexpr double kMargin = 0.3;      // s, by which the clock may still change
-constexpr int kUnknownOfRecord = 2;  // offset and stretch of its clock; beside them four angles
-constexpr double kOffsetStep = 2e-3, kStretchStep = 2e-4, kAngleStep = 0.04;  // s, 1 and rad
-constexpr int kReplicas = 4;                                                  // where angles are unknown
+constexpr double kBlock = 4;             // s: stretches that are held out
+constexpr int kHeldOut = 3;              // every such one is held out
+constexpr int kLong = 16;                // windows, over which the tracker's noise is told from errors that grow
+constexpr double kMinGrowth = 0.02;      // of the variance of a window: less is luck
+constexpr double kJump = 6;              // usual errors: ground truth that is farther off jumps
+constexpr double kMargin = 0.3;          // s, by which the clock may still change
+constexpr int kReplicas = 4;             // where angles are unknown
 constexpr double kPrior = 20;            // steps: sigma of the start's parameters, which records hardly leave as it is
-constexpr double kMaxUnexplained = 0.3;  // share of a record's squared motion
+constexpr double kMaxUnexplained = 0.5;  // share of a record's motion
+constexpr double kDriven = 0.05;         // share of the wheels' motion: a direction with less is not judged
 constexpr double kMinScatter = 2e-5;     // m and rad: with less, twins would count rounding
 
-using Poses = std::vector<Eigen::Vector3d>;
-using Window = std::pair<std::size_t, std::size_t>;  // instants of its ends
+using Displacements = std::vector<Eigen::Vector3d>;  // in the frame of the base, m, m and rad
 
 /// Wheels between readings of angles (rad) and rates (rad/s): cubics.
 class WheelCubics : public WheelMotion {
@@ -63,42 +64,58 @@ class WheelCubics : public WheelMotion {
   const std::vector<Wheels>&phi_, &dphi_;
 };
 
-/// A record's wheels, and the instants at which poses are compared.
+/// A record's wheels, and the windows at whose ends poses are compared.
 struct Track {
   const DriveRecord* record;
-  std::vector<double> t;  // the instants, s
-  std::vector<Window> windows;
+  std::vector<int> windows;  // their numbers; window i ends at end_of(i)
+  int jumps = 0;             // windows that are left out, for ground truth jumps there
 };
 
-Poses rolled_poses(const DriveRecord& record, const RobotParameters& robot) {
-  WheelOdometry odometry(DriverKinematics::of(robot), record.phi.front());
-  Poses poses;
-  for (const Wheels& phi : record.phi) {
-    odometry.update(phi);
-    poses.push_back(odometry.pose());
-  }
-  return poses;
-}
+double end_of(int window) { return window * kWindow; }
 
 Track track_of(const DriveRecord& record) {
-  Track track{&record, {}, {}};
+  Track track{&record, {}};
   const auto is_measured = [&](double t) {
     return record.is_tracked(t) && record.is_tracked(t - kMargin) && record.is_tracked(t + kMargin) &&
            !record.is_excluded(t);
   };
-  for (int i = 0; i * kWindow < record.duration(); ++i) {
-    const double t = i * kWindow;
-    if (is_measured(t) && is_measured(t - kWindow)) track.windows.emplace_back(track.t.size() - 1, track.t.size());
-    track.t.push_back(t);
+  for (int i = 1; end_of(i) < record.duration(); ++i) {
+    if (is_measured(end_of(i)) && is_measured(end_of(i - 1))) track.windows.push_back(i);
   }
   return track;
 }
 
-// ---- Candidates.
+/// How far a base comes in the track's windows whose pose at a time is known, if it is asked for one time after
+/// another.
+template <class Pose>
+Displacements displacements(const Track& track, const Pose& pose) {
+  Displacements moved;
+  int last = -1;
+  Eigen::Vector3d at;
+  for (const int window : track.windows) {
+    const Eigen::Vector3d from = last == window - 1 ? at : pose(end_of(window - 1));
+    at = pose(end_of(window));
+    moved.push_back(displacement(from, at));
+    last = window;
+  }
+  return moved;
+}
 
-/// Poses at the track's instants of a base with wheels at the readings plus `ahead` (rad).
-Poses follow(Scene scene, const Track& track, const Wheels& ahead, bool softly, double resolution,
-             const std::atomic<bool>* stop) {
+/// Those of wheels that roll as they are read.
+Displacements rolled(const Track& track, const RobotParameters& robot) {
+  const DriveRecord& record = *track.record;
+  WheelOdometry odometry(DriverKinematics::of(robot), record.phi.front());
+  Displacements poses;
+  for (const Wheels& phi : record.phi) {
+    odometry.update(phi);
+    poses.push_back(odometry.pose());
+  }
+  return displacements(track, [&](double t) { return interpolated(record.t, poses, t); });
+}
+
+/// Those of a base with wheels at the readings plus `ahead` (rad).
+Displacements simulated(Scene scene, const Track& track, const Wheels& ahead, bool softly, double resolution,
+                        const std::atomic<bool>* stop) {
   const DriveRecord& record = *track.record;
   std::shared_ptr<const WheelMotion> motion;
   if (record.rates_from_angles) {
@@ -110,417 +127,279 @@ Poses follow(Scene scene, const Track& track, const Wheels& ahead, bool softly, 
   scene.solver.absolute_tolerance = 1e-8;
   Replay replay(std::move(scene), motion, ahead, softly);
   if (stop) replay.stop_on(*stop);
-  Poses poses;
-  for (const double t : track.t) {
+  return displacements(track, [&](double t) -> Eigen::Vector3d {
     replay.advance_to(t);
-    const State& x = replay.simulation().state();
-    poses.emplace_back(x.x(), x.y(), x.psi());
     replay.drop_switches();
-  }
-  return poses;
+    const State& x = replay.simulation().state();
+    return {x.x(), x.y(), x.psi()};
+  });
 }
 
-/// A fit in progress. Unknowns, in steps: free parameters; a clock's offset and stretch and four angles a record.
-struct Trial {
-  Scene scene;
-  std::vector<std::size_t> free;
-  std::vector<ClockMap> clocks;
-  std::vector<Wheels> ahead;  // empty: unknown
-
-  const Parameter& parameter(std::size_t k) const { return encoder_parameters()[free[k]]; }
-  std::size_t of_record() const { return kUnknownOfRecord + (ahead.empty() ? 0 : kWheels); }
-  std::size_t size() const { return free.size() + of_record() * clocks.size(); }
-
-  Eigen::VectorXd unknowns() const {
-    Eigen::VectorXd x(size());
-    for (std::size_t k = 0; k < free.size(); ++k) {
-      const Parameter& p = parameter(k);
-      x[k] = std::clamp(p.get(scene), p.min, p.max) / p.step;
-    }
-    for (std::size_t r = 0; r < clocks.size(); ++r) {
-      const std::size_t at = free.size() + r * of_record();
-      x[at] = clocks[r].offset / kOffsetStep;
-      x[at + 1] = clocks[r].stretch / kStretchStep;
-      if (!ahead.empty()) x.segment<kWheels>(at + 2) = ahead[r] / kAngleStep;
-    }
-    return x;
-  }
-
-  Trial with(const Eigen::VectorXd& x) const {
-    Trial other = *this;
-    for (std::size_t k = 0; k < free.size(); ++k) parameter(k).set(other.scene, x[k] * parameter(k).step);
-    for (std::size_t r = 0; r < clocks.size(); ++r) {
-      const std::size_t at = free.size() + r * of_record();
-      other.clocks[r] = {x[at] * kOffsetStep, x[at + 1] * kStretchStep};
-      if (!ahead.empty()) other.ahead[r] = x.segment<kWheels>(at + 2).array() * kAngleStep;
-    }
-    return other;
-  }
-
-  /// The record that unknown k is of; -1: it is a parameter's, and of all.
-  int record_of(std::size_t k) const {
-    return k < free.size() ? -1 : static_cast<int>((k - free.size()) / of_record());
-  }
-  /// True if unknown k changes what a simulation does.
-  bool moves(std::size_t k) const { return k < free.size() || (k - free.size()) % of_record() >= kUnknownOfRecord; }
-
-  Eigen::VectorXd bounds(double Parameter::*bound, double of_others) const {
-    Eigen::VectorXd bounds = Eigen::VectorXd::Constant(size(), of_others);
-    for (std::size_t k = 0; k < free.size(); ++k) bounds[k] = parameter(k).*bound / parameter(k).step;
-    return bounds;
-  }
-};
-
-/// The motion of a trial's base in all windows of all records, as rows: X, Y, yaw of each.
-class EncoderComparison {
+/// The motion of a candidate's base in all windows of all records, as rows: X, Y, yaw of each. What a tracker adds to
+/// one displacement it takes from the next, while what the model lacks gathers: rows are uncorrelated combinations.
+class EncoderComparison : public Comparison {
  public:
-  EncoderComparison(const std::vector<DriveRecord>& records, const EncoderFitSettings& settings)
-      : records_(records), settings_(settings) {
-    int blocks = 0;
-    for (const DriveRecord& record : records) {
-      tracks_.push_back(track_of(record));
-      begin_.push_back(static_cast<Eigen::Index>(block_.size()));
-      const Track& track = tracks_.back();
-      for (const Window& window : track.windows) {
-        const int block = static_cast<int>(track.t[window.first] / kBlock);
-        for (int c = 0; c < 3; ++c) {
-          (block % kHeldOut == kHeldOut - 1 ? held_out_ : training_).push_back(static_cast<int>(block_.size()));
-          block_.push_back(blocks + block);
-        }
-      }
-      blocks = block_.empty() ? 0 : block_.back() + 1;
-    }
-    constexpr std::size_t kMinRows = 3 * 40;
-    if (training_.size() < kMinRows || held_out_.empty()) {
-      throw UnusableRecord(fmt::format("{}: {:.1f} s of readings with ground truth; must be at least 15 s",
-                                       records.front().name, kWindow * static_cast<double>(block_.size()) / 3));
-    }
-  }
+  EncoderComparison(const std::vector<DriveRecord>& records, const EncoderFitSettings& settings,
+                    const Candidate& start);
 
-  const std::vector<int>& training() const { return training_; }
-  const std::vector<int>& held_out() const { return held_out_; }
+  Eigen::MatrixXd residuals(const std::vector<Candidate>& candidates) const override;
 
-  /// Sets what rows are expected to be off, m, m and rad.
-  void expect(const Eigen::Array3d& scatter) { scatter_ = scatter; }
+  /// Sets what is expected of rows, which are off by so much now, m, m and rad.
+  void expect(const Eigen::VectorXd& off);
 
-  /// The usual error of the rows of some record: by their medians, robustly.
-  Eigen::Array3d scatter_of(const Eigen::VectorXd& off) const {
-    Eigen::Array3d scatter;
-    for (int c = 0; c < 3; ++c) {
-      std::vector<double> sizes;
-      for (Eigen::Index k = c; k < off.size(); k += 3) sizes.push_back(std::abs(off[k]));
-      scatter[c] = std::max(kMinScatter, 1.4826 * median(sizes));
-    }
-    return scatter;
-  }
+  /// Ground truth less prediction, m, m and rad; a column a candidate.
+  Eigen::MatrixXd off(const std::vector<Candidate>& candidates) const;
 
-  /// Ground truth less prediction, m, m and rad.
-  Eigen::VectorXd off(const Trial& trial) const {
-    std::vector<Moved> moved(records_.size());
-    for (std::size_t r = 0; r < records_.size(); ++r) moved[r].resize(runs_of(trial));
-    simulate({trial},
-             [&](std::size_t, std::size_t r, std::size_t run, Poses poses) { moved[r][run] = std::move(poses); });
-    Eigen::VectorXd all(block_.size());
-    for (std::size_t r = 0; r < records_.size(); ++r) set_off(r, moved[r], trial.clocks[r], all);
-    return all;
-  }
+  /// Errors of factors forward, lateral and in yaw, m, m and rad.
+  Eigen::VectorXd off_by_kinematics(const Candidate& candidate) const;
 
-  /// The errors over what is expected, robustly.
-  Eigen::VectorXd residuals(const Trial& trial) const { return scaled(off(trial)); }
-
-  /// Residuals with derivatives by differences.
-  Eigen::VectorXd residuals(const Trial& trial, const Eigen::VectorXd& x, Eigen::MatrixXd& jacobian) const;
-
-  /// Errors of factors forward, lateral and in yaw, m, m and rad. Throws UnusableRecord where these explain too little.
-  Eigen::VectorXd off_by_kinematics(const Trial& trial) const;
-
-  double held_out_error(const Eigen::VectorXd& residuals) const {
-    return residuals(held_out_).norm() / std::sqrt(static_cast<double>(held_out_.size()));
-  }
-
-  Eigen::VectorXd scaled(Eigen::VectorXd off) const {
-    for (Eigen::Index k = 0; k < off.size(); ++k) off[k] = robust(off[k] / scatter_[k % 3]);
-    return off;
-  }
+  /// The held-out error of rows that are off by so much.
+  double error_of(const Eigen::VectorXd& off) const { return held_out_error(errors(off)); }
 
   /// Finds the angles, one wheel after the other.
-  void search_angles(Trial& trial) const;
+  void search_angles(Candidate& candidate) const;
 
-  /// Of the unknowns, the first `free` of them parameters, in steps: errors within a block may be dependent.
-  Eigen::VectorXd sigma(const Eigen::VectorXd& residuals, const Eigen::MatrixXd& jacobian, Eigen::Index free) const;
+  const Track& track(std::size_t record) const { return tracks_[record]; }
 
  private:
-  using Moved = std::vector<Poses>;  // of each run: one, or replicas
-
-  static std::size_t runs_of(const Trial& trial) { return trial.ahead.empty() ? kReplicas : 1; }
-
-  /// Simulates all runs of these trials, of one record each unless `of_record` is negative.
-  template <class Take>
-  void simulate(const std::vector<Trial>& trials, const Take& take, const std::vector<int>& of_record = {}) const {
-    struct Job {
-      std::size_t trial, record, run;
-    };
-    std::vector<Job> jobs;
-    for (std::size_t k = 0; k < trials.size(); ++k) {
-      for (std::size_t r = 0; r < records_.size(); ++r) {
-        if (!of_record.empty() && of_record[k] >= 0 && of_record[k] != static_cast<int>(r)) continue;
-        for (std::size_t run = 0; run < runs_of(trials[k]); ++run) jobs.push_back({k, r, run});
-      }
-    }
-    settings_.workers.share(jobs.size(), [&](std::size_t j) {
-      const auto [k, r, run] = jobs[j];
-      const Trial& trial = trials[k];
-      const Wheels ahead =
-          trial.ahead.empty() ? spread_angles(static_cast<int>(run), trial.scene.robot.rollers) : trial.ahead[r];
-      take(k, r, run,
-           follow(trial.scene, tracks_[r], ahead, trial.ahead.empty(), settings_.resolution, settings_.workers.stop));
-    });
-  }
-
-  /// Sets the rows of record r in `all`.
-  void set_off(std::size_t r, const Moved& moved, const ClockMap& clock, Eigen::VectorXd& all) const {
-    const DriveRecord& record = records_[r];
-    const Track& track = tracks_[r];
-    Eigen::Index row = begin_[r];
-    for (const auto& [a, b] : track.windows) {
-      const double from = clock(track.t[a]), to = clock(track.t[b]);
-      Eigen::Vector3d mean = Eigen::Vector3d::Zero();
-      for (const Poses& poses : moved) mean += displacement(poses[a], poses[b]) / static_cast<double>(moved.size());
-      all.segment<3>(row) = displacement(record.truth_at(from), record.truth_at(to)) - mean;
-      row += 3;
-    }
-  }
+  void leave_out_jumps(const Candidate& candidate);
+  void check(const Candidate& candidate) const;
+  double spread(const Eigen::VectorXd& off, int mode, int count) const;
+  Eigen::VectorXd truth(const std::vector<ClockMap>& clocks) const;
+  Eigen::VectorXd uncorrelated(Eigen::VectorXd off, double limit = HUGE_VAL) const;
+  Eigen::VectorXd errors(const Eigen::VectorXd& off) const { return uncorrelated(off, kJump).unaryExpr(&robust); }
+  template <class Of>
+  Eigen::VectorXd all_rows(const Of& displacements_of) const;
 
   const std::vector<DriveRecord>& records_;
   const EncoderFitSettings& settings_;
   std::vector<Track> tracks_;
-  std::vector<Eigen::Index> begin_;  // row of each record
-  std::vector<int> training_, held_out_, block_;
-  Eigen::Array3d scatter_ = Eigen::Array3d::Constant(1e-3);
+  Eigen::VectorXd expected_, taken_;  // of each row: its error, and its share of the uncorrelated one before
 };
 
-Eigen::VectorXd EncoderComparison::residuals(const Trial& trial, const Eigen::VectorXd& x,
-                                             Eigen::MatrixXd& jacobian) const {
-  const Eigen::VectorXd max = trial.bounds(&Parameter::max, HUGE_VAL);
-  std::vector<Trial> trials = {trial.with(x)};
-  std::vector<int> of_record = {-1};
-  std::vector<std::size_t> simulated(trial.size(), 0);  // the trial whose motion it has
-  Eigen::VectorXd steps(x.size());
-  std::vector<Trial> stepped;
-  for (std::size_t k = 0; k < trial.size(); ++k) {
-    Eigen::VectorXd there = x;
-    there[k] += steps[k] = x[k] + 1 <= max[k] ? 1 : -1;
-    stepped.push_back(trial.with(there));
-    if (!trial.moves(k)) continue;
-    simulated[k] = trials.size();
-    trials.push_back(stepped.back());
-    of_record.push_back(trial.record_of(k));
-  }
-  std::vector<std::vector<Moved>> moved(trials.size(), std::vector<Moved>(records_.size(), Moved(runs_of(trial))));
-  simulate(
-      trials, [&](std::size_t k, std::size_t r, std::size_t run, Poses poses) { moved[k][r][run] = std::move(poses); },
-      of_record);
-  Eigen::VectorXd base(block_.size());
-  for (std::size_t r = 0; r < records_.size(); ++r) set_off(r, moved[0][r], trials[0].clocks[r], base);
-  jacobian.resize(base.size(), x.size());
-  for (std::size_t k = 0; k < trial.size(); ++k) {
-    Eigen::VectorXd there = base;
-    for (std::size_t r = 0; r < records_.size(); ++r) {
-      const int of = trial.record_of(k);
-      if (of < 0 || of == static_cast<int>(r)) set_off(r, moved[simulated[k]][r], stepped[k].clocks[r], there);
+EncoderComparison::EncoderComparison(const std::vector<DriveRecord>& records, const EncoderFitSettings& settings,
+                                     const Candidate& start)
+    : records_(records), settings_(settings) {
+  for (const DriveRecord& record : records) tracks_.push_back(track_of(record));
+  leave_out_jumps(start);
+  constexpr Eigen::Index kMinRows = 180;
+  for (const Track& track : tracks_) {
+    int last = -1;
+    for (const int window : track.windows) {
+      const bool held_out = static_cast<int>(end_of(window - 1) / kBlock) % kHeldOut == kHeldOut - 1;
+      for (int c = 0; c < 3; ++c) add_row(held_out, last == window - 1 ? rows() - 3 : -1);
+      last = window;
     }
-    jacobian.col(k) = (scaled(there) - scaled(base)) / steps[k];
   }
-  return scaled(base);
+  if (rows() < kMinRows || held_out().empty()) {
+    throw UnusableRecord(fmt::format("{}: {:.1f} s of readings with ground truth; must be at least 15 s",
+                                     records.front().name, kWindow * static_cast<double>(rows() / 3)));
+  }
+  for (int k = 0; k < 2; ++k) expect(off_by_kinematics(start));
+  check(start);
 }
 
-Eigen::VectorXd EncoderComparison::off_by_kinematics(const Trial& trial) const {
-  Eigen::VectorXd all(block_.size()), rolled(block_.size());
+/// Rows of displacements_of(record) for all records.
+template <class Of>
+Eigen::VectorXd EncoderComparison::all_rows(const Of& displacements_of) const {
+  std::vector<double> rows;
   for (std::size_t r = 0; r < records_.size(); ++r) {
-    const Poses poses = rolled_poses(records_[r], trial.scene.robot);
-    Poses at, still(tracks_[r].t.size(), Eigen::Vector3d::Zero());
-    for (const double t : tracks_[r].t) at.push_back(interpolated(records_[r].t, poses, t));
-    set_off(r, {still}, trial.clocks[r], all);
-    set_off(r, {at}, trial.clocks[r], rolled);
+    for (const Eigen::Vector3d& moved : displacements_of(r)) rows.insert(rows.end(), moved.begin(), moved.end());
   }
-  rolled = all - rolled;
-  const Eigen::VectorXd moved = all;
-  for (int c = 0; c < 3; ++c) {
-    double product = 0, square = 0;
-    for (const int row : training_) {
-      if (row % 3 != c) continue;
-      product += all[row] * rolled[row];
-      square += rolled[row] * rolled[row];
+  return Eigen::Map<Eigen::VectorXd>(rows.data(), static_cast<Eigen::Index>(rows.size()));
+}
+
+Eigen::VectorXd EncoderComparison::truth(const std::vector<ClockMap>& clocks) const {
+  return all_rows([&](std::size_t r) {
+    return displacements(tracks_[r], [&](double t) { return records_[r].truth_at(clocks[r](t)); });
+  });
+}
+
+Eigen::MatrixXd EncoderComparison::off(const std::vector<Candidate>& candidates) const {
+  struct Run {
+    const Candidate* candidate;
+    std::size_t record;
+    Displacements moved;
+  };
+  std::vector<Run> runs;
+  std::map<std::vector<double>, std::size_t> run_of;  // by what it depends on: clocks change none
+  std::vector<std::vector<std::size_t>> numbers;
+  for (const Candidate& candidate : candidates) {
+    numbers.emplace_back();
+    for (std::size_t r = 0; r < records_.size(); ++r) {
+      std::vector<double> key = {static_cast<double>(r)};
+      for (const Parameter& p : encoder_parameters()) key.push_back(p.get(candidate.scene));
+      if (!candidate.phi.empty()) key.insert(key.end(), candidate.phi[r].begin(), candidate.phi[r].end());
+      const auto [place, is_new] = run_of.try_emplace(key, runs.size());
+      if (is_new) runs.push_back({&candidate, r, {}});
+      numbers.back().push_back(place->second);
     }
-    for (Eigen::Index row = c; row < all.size() && square > 0; row += 3) all[row] -= product / square * rolled[row];
   }
-  for (std::size_t r = 0; r < records_.size(); ++r) {
-    const auto rows = Eigen::seqN(begin_[r], 3 * static_cast<Eigen::Index>(tracks_[r].windows.size()));
-    const double unexplained = all(rows).squaredNorm() / moved(rows).squaredNorm();
-    if (unexplained <= kMaxUnexplained) continue;
-    throw UnusableRecord(fmt::format(
-        "{}: its ground truth does not fit the wheels' motion: {:.0f} % of it stays unexplained; must be at most "
-        "{:.0f} %: are --joints, their signs and --scene those of this base?",
-        records_[r].name, 100 * unexplained, 100 * kMaxUnexplained));
+  settings_.workers.share(runs.size(), [&](std::size_t k) {
+    Run& run = runs[k];
+    const Track& track = tracks_[run.record];
+    const Candidate& candidate = *run.candidate;
+    const int replicas = candidate.phi.empty() ? kReplicas : 1;
+    run.moved.assign(track.windows.size(), Eigen::Vector3d::Zero());
+    for (int i = 0; i < replicas; ++i) {
+      const Wheels ahead =
+          candidate.phi.empty() ? spread_angles(i, candidate.scene.robot.rollers) : candidate.phi[run.record];
+      const Displacements moved =
+          simulated(candidate.scene, track, ahead, candidate.phi.empty(), settings_.resolution, settings_.workers.stop);
+      for (std::size_t w = 0; w < moved.size(); ++w) run.moved[w] += moved[w] / replicas;
+    }
+  });
+  Eigen::MatrixXd off(rows(), candidates.size());
+  for (std::size_t k = 0; k < candidates.size(); ++k) {
+    const auto moved = [&](std::size_t r) -> const Displacements& { return runs[numbers[k][r]].moved; };
+    off.col(static_cast<Eigen::Index>(k)) = truth(candidates[k].clocks) - all_rows(moved);
   }
+  return off;
+}
+
+Eigen::MatrixXd EncoderComparison::residuals(const std::vector<Candidate>& candidates) const {
+  Eigen::MatrixXd all = off(candidates);
+  for (auto column : all.colwise()) column = errors(column);
   return all;
 }
 
-void EncoderComparison::search_angles(Trial& trial) const {
+/// The median of ratios, weighted by the size of their denominators: the least sum of absolute errors.
+double median_ratio(std::vector<std::pair<double, double>> ratios) {
+  std::sort(ratios.begin(), ratios.end());
+  double weight = 0;
+  for (const auto& ratio : ratios) weight += ratio.second / 2;
+  for (const auto& [ratio, size] : ratios) {
+    weight -= size;
+    if (weight <= 0) return ratio;
+  }
+  return 1;
+}
+
+Eigen::VectorXd EncoderComparison::off_by_kinematics(const Candidate& candidate) const {
+  const Eigen::VectorXd moved = truth(candidate.clocks);
+  Eigen::VectorXd by_wheels = all_rows([&](std::size_t r) { return rolled(tracks_[r], candidate.scene.robot); });
+  const Eigen::VectorXd x = uncorrelated(moved), y = uncorrelated(by_wheels);
+  for (int c = 0; c < 3; ++c) {
+    std::vector<std::pair<double, double>> ratios;
+    for (Eigen::Index row = c; row < y.size(); row += 3) {
+      if (y[row] != 0) ratios.emplace_back(x[row] / y[row], std::abs(y[row]));
+    }
+    by_wheels(Eigen::seq(c, Eigen::last, 3)) *= median_ratio(std::move(ratios));
+  }
+  return moved - by_wheels;
+}
+
+/// Slip is no jump: it makes the base be off by as much as its wheels roll, at most.
+void EncoderComparison::leave_out_jumps(const Candidate& candidate) {
+  const Eigen::VectorXd off = off_by_kinematics(candidate);
+  const double lever = Rolling(candidate.scene.robot).lever();
+  Eigen::Array3d usual;
+  for (int c = 0; c < 3; ++c) usual[c] = std::sqrt(spread(off, c, 1));
+  Eigen::Index row = 0;
+  for (Track& track : tracks_) {
+    std::vector<int> windows;
+    const Displacements by_wheels = rolled(track, candidate.scene.robot);
+    for (std::size_t k = 0; k < track.windows.size(); ++k, row += 3) {
+      const double way = (by_wheels[k].array() * Eigen::Array3d(1, 1, lever)).matrix().norm();
+      const Eigen::Array3d most = kJump * usual + way / Eigen::Array3d(1, 1, lever);
+      if ((off.segment<3>(row).array().abs() <= most).all()) windows.push_back(track.windows[k]);
+    }
+    track.jumps = static_cast<int>(track.windows.size() - windows.size());
+    track.windows = std::move(windows);
+  }
+}
+
+/// The variance of the sums of this many successive errors of a mode, by their median.
+double EncoderComparison::spread(const Eigen::VectorXd& off, int mode, int count) const {
+  std::vector<double> sizes;
+  int length = 0;
+  for (Eigen::Index row = mode; row < off.size(); row += 3) {
+    length = before(row) < 0 ? 1 : length + 1;
+    if (length >= count) sizes.push_back(std::abs(off(Eigen::seqN(row - 3 * (count - 1), count, 3)).sum()));
+  }
+  return std::pow(std::max(kMinScatter, 1.4826 * median(sizes)), 2);
+}
+
+void EncoderComparison::expect(const Eigen::VectorXd& off) {
+  expected_.resize(off.size());
+  taken_.resize(off.size());
+  for (int c = 0; c < 3; ++c) {
+    const double window = spread(off, c, 1), many = spread(off, c, kLong);
+    const double growth = std::clamp((many - window) / (kLong - 1), kMinGrowth * window, window);
+    const double noise = (window - growth) / 2;  // of a pose
+    double variance = 0;
+    for (Eigen::Index row = c; row < off.size(); row += 3) {
+      taken_[row] = before(row) < 0 ? 0 : noise / variance;
+      variance = growth + 2 * noise - taken_[row] * noise;
+      expected_[row] = std::sqrt(variance);
+    }
+  }
+}
+
+Eigen::VectorXd EncoderComparison::uncorrelated(Eigen::VectorXd off, double limit) const {
+  if (expected_.size() == 0) return off;
+  for (Eigen::Index row = 0; row < off.size(); ++row) {
+    if (taken_[row] > 0) off[row] += taken_[row] * expected_[row - 3] * std::clamp(off[row - 3], -limit, limit);
+    off[row] /= expected_[row];
+  }
+  return off;
+}
+
+void EncoderComparison::check(const Candidate& candidate) const {
+  const double lever = Rolling(candidate.scene.robot).lever();
+  const Eigen::VectorXd moved = uncorrelated(truth(candidate.clocks)), off = uncorrelated(off_by_kinematics(candidate));
+  Eigen::Index begin = 0;
+  for (std::size_t r = 0; r < records_.size(); ++r) {
+    Eigen::Array3d way = Eigen::Array3d::Zero();
+    for (const Eigen::Vector3d& d : rolled(tracks_[r], candidate.scene.robot))
+      way += d.array().abs() * Eigen::Array3d(1, 1, lever);
+    for (int c = 0; c < 3; ++c) {
+      const auto rows = Eigen::seqN(begin + c, tracks_[r].windows.size(), 3);
+      const double unexplained = off(rows).lpNorm<1>() / moved(rows).lpNorm<1>();
+      if (way[c] < kDriven * way.sum() || unexplained <= kMaxUnexplained) continue;
+      throw UnusableRecord(fmt::format(
+          "{}: its ground truth does not fit the wheels' motion: {:.0f} % of it ({}) stays unexplained; must be at "
+          "most {:.0f} %: are --joints, their signs and --scene those of this base?",
+          records_[r].name, 100 * unexplained, kDirections[c], 100 * kMaxUnexplained));
+    }
+    begin += 3 * static_cast<Eigen::Index>(tracks_[r].windows.size());
+  }
+}
+
+void EncoderComparison::search_angles(Candidate& candidate) const {
   constexpr int kRounds = 2, kTried = 8;
-  const double step = 2 * M_PI / trial.scene.robot.rollers / kTried;
+  const double step = 2 * M_PI / candidate.scene.robot.rollers / kTried;
   for (int k = 0; k < kRounds * kWheels; ++k) {
     const int i = k % kWheels;
-    std::vector<Trial> tried(kTried, trial);
-    std::vector<std::vector<double>> errors(records_.size(), std::vector<double>(kTried));
+    std::vector<Candidate> tried(kTried, candidate);
     for (int j = 0; j < kTried; ++j) {
-      for (Wheels& ahead : tried[j].ahead) ahead[i] += j * step;
+      for (Wheels& ahead : tried[j].phi) ahead[i] += j * step;
     }
-    simulate(tried, [&](std::size_t j, std::size_t r, std::size_t, Poses poses) {
-      Eigen::VectorXd all = Eigen::VectorXd::Zero(block_.size());
-      set_off(r, {std::move(poses)}, trial.clocks[r], all);
-      errors[r][j] = scaled(all)(training_).squaredNorm();
-    });
+    Eigen::MatrixXd squares = residuals(tried).cwiseAbs2();
+    for (const int row : held_out()) squares.row(row).setZero();
+    Eigen::Index begin = 0;
     for (std::size_t r = 0; r < records_.size(); ++r) {
-      const auto best = std::min_element(errors[r].begin(), errors[r].end()) - errors[r].begin();
-      trial.ahead[r][i] += static_cast<double>(best) * step;
+      const auto rows = static_cast<Eigen::Index>(3 * tracks_[r].windows.size());
+      Eigen::Index best = 0;
+      squares.middleRows(begin, rows).colwise().sum().minCoeff(&best);
+      candidate.phi[r][i] += static_cast<double>(best) * step;
+      begin += rows;
     }
   }
 }
 
-Eigen::VectorXd EncoderComparison::sigma(const Eigen::VectorXd& residuals, const Eigen::MatrixXd& jacobian,
-                                         Eigen::Index free) const {
-  const Eigen::MatrixXd J = jacobian(training_, Eigen::all);
-  std::map<int, Eigen::VectorXd> pull;  // of each block
-  for (const int row : training_) {
-    Eigen::VectorXd& sum = pull.try_emplace(block_[row], Eigen::VectorXd::Zero(J.cols())).first->second;
-    sum += residuals[row] * jacobian.row(row).transpose();
-  }
-  Eigen::MatrixXd scatter = Eigen::MatrixXd::Zero(J.cols(), J.cols());
-  for (const auto& [block, sum] : pull) scatter += sum * sum.transpose();
-  const double n = static_cast<double>(pull.size()), spare = std::max(1.0, n - static_cast<double>(J.cols()));
-  Eigen::MatrixXd with_prior = Eigen::MatrixXd::Zero(J.rows() + free, J.cols());
-  with_prior.topRows(J.rows()) = J;
-  with_prior.bottomRows(free).leftCols(free).diagonal().setConstant(1 / kPrior);
-  const Eigen::MatrixXd unit = unit_covariance(with_prior);
-  const Eigen::MatrixXd of_blocks = n / spare * unit * scatter * unit;
-  const Eigen::MatrixXd independent = residuals(training_).squaredNorm() / static_cast<double>(J.rows()) * unit;
-  // One of few blocks may happen to be small.
-  return of_blocks.diagonal().cwiseMax(independent.diagonal()).cwiseSqrt();
-}
-
-/// Fits the trial's unknowns to the rows that are not held out, and to a weak prior of the start.
-void minimize(const EncoderComparison& comparison, const Scene& start, Trial& trial) {
-  const auto rows = static_cast<Eigen::Index>(comparison.training().size());
-  const auto free = static_cast<Eigen::Index>(trial.free.size());
-  Trial started = trial;
-  started.scene = start;
-  const Eigen::VectorXd expected = started.unknowns();
-  const auto evaluate = [&](const Eigen::VectorXd& x, Eigen::VectorXd& values, Eigen::MatrixXd* jacobian) {
-    values.tail(free) = (x - expected).head(free) / kPrior;
-    if (!jacobian) {
-      values.head(rows) = comparison.residuals(trial.with(x))(comparison.training());
-      return;
-    }
-    Eigen::MatrixXd all;
-    values.head(rows) = comparison.residuals(trial, x, all)(comparison.training());
-    jacobian->setZero().topRows(rows) = all(comparison.training(), Eigen::all);
-    jacobian->bottomRows(free).leftCols(free).diagonal().setConstant(1 / kPrior);
-  };
-  trial = trial.with(minimize_squares(evaluate, rows + free, trial.unknowns(), trial.bounds(&Parameter::min, -HUGE_VAL),
-                                      trial.bounds(&Parameter::max, HUGE_VAL)));
-}
-
-/// All that is known of a trial where it is best.
-struct Linearized {
-  Eigen::VectorXd x, residuals;
-  Eigen::MatrixXd jacobian;
-};
-
-Linearized linearized(const EncoderComparison& comparison, const Trial& trial) {
-  Linearized at{trial.unknowns(), {}, {}};
-  at.residuals = comparison.residuals(trial, at.x, at.jacobian);
-  return at;
-}
-
-/// The trial with parameter k of the free ones at its start, to which the others adapt to first order.
-Trial without(const EncoderComparison& comparison, const Trial& trial, const Linearized& at, std::size_t k,
-              const Scene& start) {
-  const Parameter& p = trial.parameter(k);
-  const Eigen::MatrixXd normal = normal_matrix(at.jacobian(comparison.training(), Eigen::all));
-  const auto fixed = static_cast<Eigen::Index>(k);
-  const Eigen::VectorXd x = at.x + step_back(normal, fixed, p.get(start) / p.step - at.x[fixed]);
-  Trial other = trial.with(
-      x.cwiseMax(trial.bounds(&Parameter::min, -HUGE_VAL)).cwiseMin(trial.bounds(&Parameter::max, HUGE_VAL)));
-  p.set(other.scene, p.get(start));
-  return other;
-}
-
-/// Held-out errors without each free parameter; the number of the one that is missed least, and the trial without it.
-struct LeastMissed {
-  std::size_t number = 0;
-  Trial trial;
-};
-
-LeastMissed find_least_missed(const EncoderComparison& comparison, const Scene& start, const Trial& trial,
-                              const Linearized& at, EncoderFit& fit) {
-  LeastMissed best{0, trial};
-  fit.numbers.clear();
-  for (std::size_t k = 0; k < trial.free.size(); ++k) {
-    const Trial other = without(comparison, trial, at, k, start);
-    const double error = comparison.held_out_error(comparison.residuals(other));
-    fit.numbers.push_back({trial.free[k], trial.parameter(k).get(trial.scene), 0, error});
-    if (error <= fit.numbers[best.number].error_without) best = {k, other};
-  }
-  return best;
-}
-
-/// Puts parameters back to their start: those that the rows do not show by these sigmas (steps), then, the least
-/// missed first, those that held-out rows do not miss. Returns where the others are best.
-Linearized eliminate(const EncoderComparison& comparison, const Scene& start, const Eigen::VectorXd& sigma,
-                     Trial& trial, EncoderFit& fit) {
-  constexpr double kWorth = 2e-3;  // share of the error that a parameter must take away
-  const std::size_t all = trial.free.size();
-  for (std::size_t k = all; k-- > 0;) {
-    const Parameter& p = trial.parameter(k);
-    if (sigma[k] < kPrior / 2) continue;
-    fit.unidentifiable.push_back(fmt::format("{}: these drives do not show it (sigma {:.2g} {}); {}", p.name(),
-                                             sigma[k] * p.step, p.unit, p.drive));
-    p.set(trial.scene, p.get(start));
-    trial.free.erase(trial.free.begin() + static_cast<std::ptrdiff_t>(k));
-  }
-  while (!trial.free.empty()) {
-    const Linearized at = linearized(comparison, trial);
-    const LeastMissed least = find_least_missed(comparison, start, trial, at, fit);
-    const double error = comparison.held_out_error(at.residuals);
-    const EncoderFit::Number& number = fit.numbers[least.number];
-    if (number.error_without > (1 + kWorth) * error) break;
-    const Parameter& p = encoder_parameters()[number.parameter];
-    fit.unidentifiable.push_back(
-        fmt::format("{}: fitted, {:.4g} {} does not lower the error on held-out stretches ({:.4g}; without {:.4g}); {}",
-                    p.name(), number.value, p.unit, error, number.error_without, p.drive));
-    trial = least.trial;
-    trial.free.erase(trial.free.begin() + static_cast<std::ptrdiff_t>(least.number));
-  }
-  if (trial.free.size() < all) minimize(comparison, start, trial);
-  const Linearized at = linearized(comparison, trial);
-  find_least_missed(comparison, start, trial, at, fit);
-  return at;
-}
-
-/// Values of clocks and angles; all sigmas.
-void report_numbers(const std::vector<DriveRecord>& records, const Trial& trial, const Eigen::VectorXd& sigma,
+/// Values and sigmas of clocks and angles; `all`: the trial before any parameter was put back.
+void report_records(const std::vector<DriveRecord>& records, const EncoderComparison& comparison, const Trial& all,
                     EncoderFit& fit) {
-  for (EncoderFit::Number& number : fit.numbers)
-    number.sigma = sigma[number.parameter] * encoder_parameters()[number.parameter].step;
-  const double pitch = 2 * M_PI / trial.scene.robot.rollers;
+  const double pitch = 2 * M_PI / fit.best.scene.robot.rollers;
   for (std::size_t r = 0; r < records.size(); ++r) {
-    const std::size_t from = encoder_parameters().size() + r * trial.of_record();
-    EncoderFit::Drive drive{trial.clocks[r], {sigma[from] * kOffsetStep, sigma[from + 1] * kStretchStep}, {}, {}};
-    if (!trial.ahead.empty()) {
-      const Wheels off = sigma.segment<kWheels>(from + 2).array() * kAngleStep;
+    const auto sigma = fit.sigma.segment<2>(static_cast<Eigen::Index>(all.clock_of(r)));
+    EncoderFit::Drive drive{fit.best.clocks[r], {sigma[0] * kOffsetStep, sigma[1] * kStretchStep}, {}, {}};
+    drive.jumps = comparison.track(r).jumps;
+    if (!fit.best.phi.empty()) {
+      const Wheels off = fit.sigma.segment<kWheels>(static_cast<Eigen::Index>(all.angles_of(r))).array() * kAngleStep;
       if ((off < pitch / std::sqrt(12)).all()) {  // of any angle within a roller
-        drive.angles_at_zero = trial.ahead[r] - pitch * (trial.ahead[r] / pitch).round();
+        drive.angles_at_zero = fit.best.phi[r] - pitch * (fit.best.phi[r] / pitch).round();
         drive.angles_sigma = off;
       } else {
         fit.unidentifiable.push_back(
@@ -533,41 +412,46 @@ void report_numbers(const std::vector<DriveRecord>& records, const Trial& trial,
   }
 }
 
+/// Fits the first `count` parameters, clocks and angles.
+void minimize_first(const EncoderComparison& comparison, std::size_t count, Trial& trial) {
+  trial.free.resize(count);
+  std::iota(trial.free.begin(), trial.free.end(), 0);
+  linearize(comparison, trial, trial.start());
+  minimize(comparison, trial);
+}
+
 }  // namespace
 
 EncoderFit fit_encoders(const Scene& start, const std::vector<DriveRecord>& records,
                         const EncoderFitSettings& settings) {
-  Trial trial{start, {}, std::vector<ClockMap>(records.size()), {}};
-  EncoderComparison comparison(records, settings);
-  EncoderFit fit;
-  const Trial unfitted = trial;
-  comparison.expect(comparison.scatter_of(comparison.off_by_kinematics(trial)));
+  constexpr std::size_t kSizes = 2;  // parameters
+  const std::size_t parameters = encoder_parameters().size();
+  Trial trial = trial_of(encoder_parameters(), {start, {}, std::vector<ClockMap>(records.size())});
+  trial.weight.setConstant(1 / kPrior);
+  for (std::size_t k = 0; k < parameters; ++k)
+    trial.expected[k] = encoder_parameters()[k].get(start) / encoder_parameters()[k].step;
+  EncoderComparison comparison(records, settings, trial.candidate);
+  const Candidate unfitted = trial.candidate;
   if (settings.find_angles) {
-    trial.free = {0, 1};  // sizes
-    minimize(comparison, start, trial);
+    minimize_first(comparison, kSizes, trial);
     settings.progress(0.2);
-    trial.ahead.assign(records.size(), spread_angles(0, start.robot.rollers));
-    comparison.search_angles(trial);
+    trial.candidate.phi.assign(records.size(), spread_angles(0, start.robot.rollers));
+    comparison.search_angles(trial.candidate);
     settings.progress(0.4);
   }
-  trial.free.resize(encoder_parameters().size());
-  std::iota(trial.free.begin(), trial.free.end(), 0);
-  minimize(comparison, start, trial);
-  comparison.expect(comparison.scatter_of(comparison.off(trial)));
-  minimize(comparison, start, trial);
+  minimize_first(comparison, parameters, trial);
+  comparison.expect(comparison.off({trial.candidate}).col(0));
+  minimize_first(comparison, parameters, trial);
   settings.progress(0.7);
-  const Linearized all = linearized(comparison, trial);  // one put back to its start later may be wrong
-  const Eigen::VectorXd sigma = comparison.sigma(all.residuals, all.jacobian, encoder_parameters().size());
-  const Linearized at = eliminate(comparison, start, sigma, trial, fit);
-  report_numbers(records, trial, sigma, fit);
-  const auto error = [&](const Eigen::VectorXd& off) { return comparison.held_out_error(comparison.scaled(off)); };
-  fit.scene = trial.scene;
-  fit.error_after = comparison.held_out_error(at.residuals);
-  fit.error_before = error(comparison.off(unfitted));
-  fit.error_kinematics = error(comparison.off_by_kinematics(trial));
-  Trial unknown = trial;
-  unknown.ahead.clear();
-  fit.error_unknown = error(comparison.off(unknown));
+  const Trial all = trial;
+  EncoderFit fit;
+  finish(comparison, start, trial, fit);
+  report_records(records, comparison, all, fit);
+  Candidate unknown = trial.candidate;
+  unknown.phi.clear();
+  fit.error_before = comparison.error_of(comparison.off({unfitted}).col(0));
+  fit.error_kinematics = comparison.error_of(comparison.off_by_kinematics(trial.candidate));
+  fit.error_unknown = comparison.error_of(comparison.off({unknown}).col(0));
   settings.progress(1);
   return fit;
 }

@@ -9,6 +9,7 @@
 
 #include "youbot_base_sim/identify/forward_model.h"
 #include "youbot_base_sim/identify/least_squares.h"
+#include "youbot_base_sim/physics/no_slip_model.h"
 
 namespace youbot_base_sim {
 
@@ -163,7 +164,7 @@ FrictionMatrix friction_rows(Scene scene, const std::vector<Steady>& stretches, 
     const Steady& steady = stretches[static_cast<std::size_t>(s)];
     // A mode that is not commanded leaves a small rate, whose smoothed friction is no measurement.
     const Eigen::Vector3d rates = modes(steady.dphi).unaryExpr([](double m) { return std::abs(m) < kMinRate ? 0 : m; });
-    const Eigen::Vector3d v = rolling_velocity(smooth, wheels_of(rates));
+    const Eigen::Vector3d v = Rolling(scene.robot).velocity(wheels_of(rates));
     const Wheels carrying = smooth.torque(v, Eigen::Vector3d::Zero());
     measured.segment<kModes>(kModes * s) = modes(steady.torque - carrying);
     for (int f = 0; f < kFrictions; ++f) {

@@ -1,5 +1,6 @@
 #include "youbot_base_sim/identify/fitted_parameters.h"
 
+#include <cmath>
 #include <stdexcept>
 
 namespace youbot_base_sim {
@@ -12,10 +13,17 @@ void set_radius(Scene& c, double radius) {
   robot.R = radius;
 }
 
+/// Its size; each wheel's sign stays as it is.
+double roller_angle(const Scene& c) { return c.robot.roller_angle.abs().mean(); }
+
+void set_roller_angle(Scene& c, double angle) {
+  for (double& of_wheel : c.robot.roller_angle) of_wheel = std::copysign(angle, of_wheel);
+}
+
 constexpr char kTwoSpeeds[] = "forward, lateral and in yaw at two speeds each that differ by a factor of 2 or more";
 constexpr char kSteps[] = "steps from rest to 0.2 m/s and back, forward, lateral and in yaw";
 constexpr char kTruth[] = "longer forward, lateral and in yaw, with ground truth at least as exact";
-constexpr char kLateral[] = "drive further in all directions, laterally above all";
+constexpr char kLateral[] = "further in all directions, laterally above all";
 constexpr char kSlip[] = "starts and stops so hard that wheels slide, with ground truth";
 
 }  // namespace
@@ -50,6 +58,7 @@ const std::vector<Parameter>& parameters() {
        [](const C& c) { return c.robot.R; }, set_radius},
       {"robot", "half_track", "m", 0.05, 0.5, 1e-3, Needs::kTruth, false, kTruth, [](const C& c) { return c.robot.l; },
        [](C& c, double p) { c.robot.l = p; }},
+      {"robot", "roller_angle", "deg", 5, 85, 0.1, Needs::kTruth, false, kTruth, roller_angle, set_roller_angle},
       {"robot", "com_X", "m", -0.1, 0.1, 2e-3, Needs::kTruth, false, kTruth, [](const C& c) { return c.robot.a_X; },
        [](C& c, double p) { c.robot.a_X = p; }},
       {"robot", "com_Y", "m", -0.1, 0.1, 2e-3, Needs::kTruth, false, kTruth, [](const C& c) { return c.robot.a_Y; },
@@ -61,13 +70,14 @@ const std::vector<Parameter>& parameters() {
 const std::vector<Parameter>& encoder_parameters() {
   using C = Scene;
   static const std::vector<Parameter> table = {
-      {"robot", "wheel_radius", "m", 5e-3, 0.5, 1e-4, Needs::kTruth, false, "drive further forward",
+      {"robot", "wheel_radius", "m", 5e-3, 0.5, 1e-4, Needs::kTruth, false, "further forward",
        [](const C& c) { return c.robot.R; }, set_radius},
-      {"robot", "half_track", "m", 0.02, 2, 1e-3, Needs::kTruth, false, "turn further",
+      {"robot", "half_track", "m", 0.02, 2, 1e-3, Needs::kTruth, false, "further in yaw",
        [](const C& c) { return c.robot.l; }, [](C& c, double p) { c.robot.l = p; }},
       {"robot", "roller_dry_friction", "N m", 0, 0.5, 0.002, Needs::kTruth, false, kLateral,
        [](const C& c) { return c.robot.roller_dry_friction.mean(); },
        [](C& c, double p) { c.robot.roller_dry_friction.setConstant(p); }},
+      {"robot", "roller_angle", "deg", 5, 85, 0.1, Needs::kTruth, false, kLateral, roller_angle, set_roller_angle},
       {"robot", "com_X", "m", -0.3, 0.3, 2e-3, Needs::kTruth, false, kLateral, [](const C& c) { return c.robot.a_X; },
        [](C& c, double p) { c.robot.a_X = p; }},
       {"robot", "com_Y", "m", -0.3, 0.3, 2e-3, Needs::kTruth, false, kLateral, [](const C& c) { return c.robot.a_Y; },

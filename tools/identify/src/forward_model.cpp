@@ -6,6 +6,7 @@
 #include <complex>
 
 #include "youbot_base_sim/identify/least_squares.h"
+#include "youbot_base_sim/physics/no_slip_model.h"
 #include "youbot_base_sim/simulation.h"
 
 namespace youbot_base_sim {
@@ -54,7 +55,7 @@ Scene start_of(Scene scene, const DriveRecord& record, const Wheels& phi) {
   scene.initial.phi() = phi;
   // Rolling as the wheels turn.
   const NoSlipModel rolling(scene.robot);
-  const Eigen::Vector3d v = rolling_velocity(rolling, record.dphi.front());
+  const Eigen::Vector3d v = Rolling(scene.robot).velocity(record.dphi.front());
   scene.initial.values.col(1).head<3>() = v.array();
   scene.initial.dphi() = rolling.dphi(v);
   scene.initial.dgamma() = rolling.dgamma(v);
@@ -93,13 +94,6 @@ double rate_error(const DriveRecord& record, const Prediction& prediction) {
 }
 
 }  // namespace
-
-Eigen::Vector3d rolling_velocity(const NoSlipModel& model, const Wheels& rates) {
-  Eigen::Matrix<double, kWheels, 3> rolling;
-  for (int k = 0; k < 3; ++k) rolling.col(k) = model.dphi(Eigen::Vector3d::Unit(k)).matrix();
-  const Eigen::Matrix3d squares = rolling.transpose() * rolling;
-  return squares.inverse() * (rolling.transpose() * rates.matrix());
-}
 
 Prediction predict(const Scene& scene, const DriveRecord& record, const Wheels& phi, const std::atomic<bool>* stop) {
   const MotorSettings& motors = *scene.motors;

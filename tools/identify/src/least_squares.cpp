@@ -88,14 +88,12 @@ Eigen::VectorXd step_back(const Eigen::MatrixXd& normal, Eigen::Index fixed, dou
   return solve_least_squares(others, push);
 }
 
-Eigen::MatrixXd unit_covariance(const Eigen::MatrixXd& jacobian) {
-  constexpr double kNoTrace = 1e-7;  // share of the largest singular value
-  Eigen::JacobiSVD<Eigen::MatrixXd> svd;
-  svd.setThreshold(kNoTrace);
-  svd.compute(jacobian, Eigen::ComputeThinV);
-  const Eigen::VectorXd scales = svd.singularValues().head(svd.rank());
-  const Eigen::MatrixXd root = svd.matrixV().leftCols(svd.rank()) * scales.cwiseInverse().asDiagonal();
-  return root * root.transpose();
+Eigen::MatrixXd inverse_of(const Eigen::MatrixXd& normal) {
+  constexpr double kNoTrace = 1e-14;  // share of the largest
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(normal);
+  const Eigen::VectorXd& values = solver.eigenvalues();
+  const Eigen::VectorXd inverse = values.cwiseMax(kNoTrace * values.maxCoeff()).cwiseInverse();
+  return solver.eigenvectors() * inverse.asDiagonal() * solver.eigenvectors().transpose();
 }
 
 }  // namespace youbot_base_sim

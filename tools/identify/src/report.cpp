@@ -16,16 +16,14 @@ using Comments = std::map<std::string, std::string>;  // by section.key
 
 std::string list_of(const Wheels& w) { return fmt::format("[{:.4f}]", fmt::join(w, ", ")); }
 
-struct Fitted {
-  const Parameter* parameter;
-  double sigma;
-};
-
 /// Puts what was fitted into the scene file.
-void set_fitted(YAML::Node& root, const Scene& scene, const std::vector<Fitted>& fitted, Comments& comments) {
-  for (const auto& [p, sigma] : fitted) {
+void set_fitted(YAML::Node& root, const Fit& fit, Comments& comments) {
+  const Scene& scene = fit.best.scene;
+  for (const auto& [p, number, sigma, error_without] : fit.numbers) {
     std::string key = p->key;
-    YAML::Node value(fmt::format("{:.6g}", p->get(scene)));
+    YAML::Node value(fmt::format("{:.6g}", number));
+    const Wheels& angle = scene.robot.roller_angle;
+    if (key == "roller_angle" && angle.minCoeff() < 0) value = YAML::Load(list_of(angle));
     if (key == "com_X" || key == "com_Y") {
       key = "com";
       value = YAML::Load(fmt::format("[{:.6g}, {:.6g}]", scene.robot.a_X, scene.robot.a_Y));
@@ -75,11 +73,10 @@ void emit(YAML::Emitter& out, const std::string& path, const YAML::Node& node, c
   out << YAML::EndMap;
 }
 
-std::string text_of(const YAML::Node& root, const DriveRecord& record, double error_before, double error_after,
-                    const Comments& comments) {
+std::string text_of(const YAML::Node& root, const DriveRecord& record, const Fit& fit, const Comments& comments) {
   YAML::Emitter out;
   out << YAML::Comment(fmt::format("By identify, from {}. Error on what was held out {:.3g}, before the fit {:.3g}.",
-                                   record.name, error_after, error_before))
+                                   record.name, fit.error_after, fit.error_before))
       << YAML::Newline;
   emit(out, "", root, comments);
   return std::string(out.c_str()) + "\n";
@@ -92,46 +89,46 @@ std::string table(const std::vector<double>& t, const std::vector<Wheels>& wheel
   return text;
 }
 
-}  // namespace
-
-std::string report(const Scene& start, const Fit& fit) {
-  std::string text = fmt::format("{:<36} {:>10} {:>10} {:>10}\n", "", "start", "fitted", "sigma");
-  for (std::size_t k = 0; k < parameters().size(); ++k) {
-    const Parameter& p = parameters()[k];
-    if (!fit.fitted[k]) continue;
-    text += fmt::format("{:<36} {:>10.4g} {:>10.4g} {:>10.1g} {}\n", p.name(), p.get(start), p.get(fit.best.scene),
-                        fit.sigma[k], p.unit);
+/// What was fitted, and what was not.
+std::string numbers(const Scene& start, const Fit& fit) {
+  std::string text =
+      fmt::format("{:<36} {:>10} {:>10} {:>10}  held-out error without it\n", "", "start", "fitted", "sigma");
+  for (const auto& [p, value, sigma, error_without] : fit.numbers) {
+    text += fmt::format("{:<36} {:>10.4g} {:>10.4g} {:>10.1g}  {:.4g} ({})\n", p->name(), p->get(start), value, sigma,
+                        error_without, p->unit);
   }
   for (Eigen::Index a = 0; a < fit.correlation.rows(); ++a) {
     for (Eigen::Index b = 0; b < a; ++b) {
-      if (std::abs(fit.correlation(a, b)) < 0.8) continue;
-      text += fmt::format("correlated by {:.2f}: {} and {}\n", fit.correlation(a, b),
-                          parameters()[static_cast<std::size_t>(b)].name(),
-                          parameters()[static_cast<std::size_t>(a)].name());
+      const std::string one = fit.numbers[b].parameter->name(), other = fit.numbers[a].parameter->name();
+      const bool replace_each_other = one == "robot.roller_dry_friction" && other == "robot.roller_angle";
+      if (std::abs(fit.correlation(a, b)) < 0.8 && !replace_each_other) continue;
+      text += fmt::format("correlated by {:.2f}: {} and {}\n", fit.correlation(a, b), one, other);
     }
   }
   for (const std::string& line : fit.unidentifiable) text += "not identified, start value kept: " + line + "\n";
-  text += fmt::format(
-      "error on motions that were held out: {:.3g} before, {:.3g} after (in units of 0.02 rad/s, 0.02 N m, and "
-      "2 mm or 2 mrad in half a second)\n",
-      fit.error_before, fit.error_after);
   return text;
 }
 
+}  // namespace
+
+std::string report(const Scene& start, const Fit& fit) {
+  return numbers(start, fit) +
+         fmt::format(
+             "error on motions that were held out: {:.3g} before, {:.3g} after (in units of 0.02 rad/s, 0.02 "
+             "N m, and 2 mm or 2 mrad in half a second)\n",
+             fit.error_before, fit.error_after);
+}
+
 std::string report(const Scene& start, const std::vector<DriveRecord>& records, const EncoderFit& fit) {
-  std::string text =
-      fmt::format("{:<36} {:>10} {:>10} {:>10}  held-out error without it\n", "", "start", "fitted", "sigma");
-  for (const EncoderFit::Number& number : fit.numbers) {
-    const Parameter& p = encoder_parameters()[number.parameter];
-    text += fmt::format("{:<36} {:>10.4g} {:>10.4g} {:>10.1g}  {:.4g} ({})\n", p.name(), p.get(start), number.value,
-                        number.sigma, number.error_without, p.unit);
-  }
-  for (const std::string& line : fit.unidentifiable) text += "not identified, start value kept: " + line + "\n";
+  std::string text = numbers(start, fit);
   for (std::size_t r = 0; r < records.size(); ++r) {
     const EncoderFit::Drive& drive = fit.drives[r];
     text += fmt::format(
         "{}: ground truth has the instant t of the encoders at {:.5f} t {:+.4f} s (sigma {:.1g}, {:.1g} s)\n",
         records[r].name, 1 + drive.clock.stretch, drive.clock.offset, drive.sigma.stretch, drive.sigma.offset);
+    if (drive.jumps > 0)
+      text +=
+          fmt::format("{}: {} displacements in which ground truth jumps are left out\n", records[r].name, drive.jumps);
     if (!drive.angles_at_zero) continue;
     text += fmt::format("{}: angles where the encoders read zero, but for whole rollers, rad: {} (sigma {})\n",
                         records[r].name, list_of(*drive.angles_at_zero), list_of(*drive.angles_sigma));
@@ -145,35 +142,28 @@ std::string report(const Scene& start, const std::vector<DriveRecord>& records, 
 
 std::string fitted_scene(const std::string& start_path, const Fit& fit, const DriveRecord& record,
                          const std::string& table) {
-  std::vector<Fitted> fitted;
-  for (std::size_t k = 0; k < parameters().size(); ++k) {
-    if (fit.fitted[k]) fitted.push_back({&parameters()[k], fit.sigma[k]});
-  }
   YAML::Node root = read_start(start_path);
   Comments comments;
-  set_fitted(root, fit.best.scene, fitted, comments);
+  set_fitted(root, fit, comments);
   root["motors"]["quantized"] = true;
   root["duration"] = fmt::format("{:.3f}", record.duration());
   set_initial_angles(root, fit.best.phi.front(), comments);
   root["drive"]["velocity_table"] = table;
-  return text_of(root, record, fit.error_before, fit.error_after, comments);
+  return text_of(root, record, fit, comments);
 }
 
 std::string fitted_scene(const std::string& start_path, const EncoderFit& fit, const DriveRecord& record,
                          const std::string& table) {
-  std::vector<Fitted> fitted;
-  for (const EncoderFit::Number& number : fit.numbers)
-    fitted.push_back({&encoder_parameters()[number.parameter], number.sigma});
   YAML::Node root = read_start(start_path);
   Comments comments;
-  set_fitted(root, fit.scene, fitted, comments);
+  set_fitted(root, fit, comments);
   root.remove("motors");
   if (root["solver"]) root["solver"].remove("control_period");  // a table of angles takes none
   root["duration"] = fmt::format("{:.3f}", record.duration());
   if (const auto& angles = fit.drives.front().angles_at_zero)
     set_initial_angles(root, *angles + record.phi.front(), comments);
   root["drive"]["wheel_angle_table"] = table;
-  return text_of(root, record, fit.error_before, fit.error_after, comments);
+  return text_of(root, record, fit, comments);
 }
 
 std::string angle_table(const DriveRecord& record) { return table(record.t, record.phi, "{:.6f},{:.9g}\n"); }

@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include "errors.h"
 #include "program.h"
 
 namespace youbot_base_sim {
@@ -18,12 +19,7 @@ class DriveTableTest : public testing::Test {
   DriveRecord read(const std::string& text) { return read_drive_table(folder_.write("drive.csv", text), "drive"); }
 
   void expect_refused(const std::string& text, const std::string& message) {
-    try {
-      read(text);
-      FAIL() << message;
-    } catch (const UnusableRecord& error) {
-      EXPECT_EQ(std::string(error.what()), message);
-    }
+    EXPECT_EQ(error_of<UnusableRecord>([&] { read(text); }), message);
   }
 
   TemporaryFolder folder_;
@@ -70,12 +66,8 @@ TEST_F(DriveTableTest, RefusesWithTheLine) {
   expect_refused(angles + ",1,2,3,4\n", "drive:2: must have t");
   expect_refused(angles + "1,1,2,3,4\n1,1,2,3,4\n", "drive:3: t = 1: must be greater than the row's before, 1");
   expect_refused(kHeader + "0,1,2,3,4,,,,,,,,,,,,\n", "drive:2: must have all of phi, dphi and torque, or none");
-  try {
-    read_drive_table(folder_.path("."), "drive");
-    FAIL();
-  } catch (const UnusableRecord& error) {
-    EXPECT_EQ(std::string(error.what()), "drive is a folder; must be a table");
-  }
+  EXPECT_EQ(error_of<UnusableRecord>([&] { read_drive_table(folder_.path("."), "drive"); }),
+            "drive is a folder; must be a table");
 }
 
 }  // namespace

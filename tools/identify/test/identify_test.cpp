@@ -28,6 +28,17 @@ const std::vector<Command> kShort = {{1, {0, 0, 0}},    {2, {0.1, 0, 0}}, {2, {-
 
 DriveRecord short_drive() { return Twin{measured_base()}.drive(kShort); }
 
+/// Without the readings from one number to before another.
+DriveRecord cut_drive(int begin, int end) {
+  DriveRecord record = short_drive();
+  const auto cut = [&](auto& samples) { samples.erase(samples.begin() + begin, samples.begin() + end); };
+  cut(record.t);
+  cut(record.phi);
+  cut(record.dphi);
+  cut(record.torque);
+  return record;
+}
+
 bool named(const std::vector<std::string>& findings, const std::string& words) {
   for (const std::string& line : findings) {
     if (line.find(words) != std::string::npos) return true;
@@ -40,7 +51,6 @@ double share_off(double found, double expected) { return std::abs(found / expect
 void expect_found(const Fit& fitted, const Scene& robot, const char* key, double tolerance) {
   EXPECT_LT(share_off(value(fitted.best.scene, key), value(robot, key)), tolerance)
       << key << ": " << value(fitted.best.scene, key) << " in place of " << value(robot, key);
-  testing::Test::RecordProperty(key, std::to_string(value(fitted.best.scene, key) / value(robot, key) - 1));
 }
 
 // The share of what a wheel needs at 4 rad/s, or a roller at 15 rad/s, that does not depend on its rate.
@@ -106,6 +116,7 @@ void expect_base_found(const Fit& fitted, const Scene& robot) {
   expect_found(fitted, robot, "half_track", 0.02);
   expect_found(fitted, robot, "friction", 0.1);
   EXPECT_NEAR(value(fitted.best.scene, "com_X"), robot.robot.a_X, 0.006);
+  EXPECT_NEAR(value(fitted.best.scene, "roller_angle"), robot.robot.roller_angle[0], 0.1);
   EXPECT_NEAR(value(fitted.best.scene, "command_delay"), 0, 2e-3);
 }
 
@@ -120,6 +131,7 @@ TEST(GroundTruthTwinTest, IsFoundAgain) {
   robot.R *= 1.01;
   robot.l -= 0.005;
   robot.a_X += 0.02;
+  robot.roller_angle.setConstant(44.5);
   twin.robot.floor.f = 0.35;
   std::vector<DriveRecord> records{twin.drive(kDrive)};
   std::vector<std::string> findings = inspect(records[0]);
@@ -176,11 +188,6 @@ TEST(Predict, DoesNotDependOnThreads) {
   }
 }
 
-TEST(Inspection, HasNothingToSayOfAGoodRecord) {
-  DriveRecord record = short_drive();
-  EXPECT_TRUE(inspect(record).empty());
-}
-
 TEST(Inspection, FindsTheDriversSignsAndSwappedWheels) {
   const DriveRecord good = short_drive();
   DriveRecord record = good;
@@ -218,24 +225,14 @@ TEST(Inspection, FindsMissingEffort) {
 }
 
 TEST(Inspection, FindsAGap) {
-  DriveRecord record = short_drive();
-  const auto cut = [](auto& samples) { samples.erase(samples.begin() + 300, samples.begin() + 340); };
-  cut(record.t);
-  cut(record.phi);
-  cut(record.dphi);
-  cut(record.torque);
+  DriveRecord record = cut_drive(300, 340);
   EXPECT_TRUE(named(inspect(record), "a gap in joint_states of 0.82 s at 5.98 s"));
   EXPECT_TRUE(record.is_excluded(6.3));
   EXPECT_FALSE(record.is_excluded(5.9));
 }
 
 TEST(Inspection, LeavesOutTheStartOfARecordThatBeginsInMotion) {
-  DriveRecord record = short_drive();
-  const auto cut = [](auto& samples) { samples.erase(samples.begin(), samples.begin() + 75); };
-  cut(record.t);
-  cut(record.phi);
-  cut(record.dphi);
-  cut(record.torque);
+  DriveRecord record = cut_drive(0, 75);
   for (double& t : record.t) t -= 1.5;
   for (double& t : record.commands.t) t -= 1.5;
   EXPECT_TRUE(named(inspect(record), "begins in motion"));

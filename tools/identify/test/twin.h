@@ -39,16 +39,18 @@ struct Twin {
   /// Angles at which the wheels start, where readings are zero, rad.
   Wheels start() const {
     std::mt19937_64 random(seed);
-    return start(random);
+    std::uniform_real_distribution<double> anywhere(0, 2 * M_PI);
+    return Wheels::NullaryExpr([&] { return anywhere(random); });
   }
 
   DriveRecord drive(const std::vector<Command>& programme) const {
     std::mt19937_64 random(seed);
+    random.discard(kWheels);  // those of `start`
     std::normal_distribution<double> normal;
     Scene scene = robot;
     scene.solver.control_period = 1e-3;
     scene.solver.relative_tolerance = 1e-6;
-    const Wheels phi = start(random);
+    const Wheels phi = start();
     scene.initial.phi() = phi;
     BaseDriver::Settings settings;
     settings.motors = *robot.motors;
@@ -99,14 +101,6 @@ struct Twin {
     }
     simulation.take_switches();
     return record;
-  }
-
- private:
-  static Wheels start(std::mt19937_64& random) {
-    std::uniform_real_distribution<double> anywhere(0, 2 * M_PI);
-    Wheels phi;
-    for (int i = 0; i < kWheels; ++i) phi[i] = anywhere(random);
-    return phi;
   }
 };
 

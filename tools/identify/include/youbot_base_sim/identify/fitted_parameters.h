@@ -29,7 +29,7 @@ struct Parameter {
 /// All parameters.
 const std::vector<Parameter>& parameters();
 
-/// The parameters that encoders and a pose alone determine, for fit_encoders; `drive` is the advice as a whole.
+/// The parameters that encoders and a pose alone determine, for fit_encoders: the sizes first.
 const std::vector<Parameter>& encoder_parameters();
 
 /// The number of the parameter with this key.

@@ -5,25 +5,15 @@
 #include <vector>
 
 #include "youbot_base_sim/identify/drive_record.h"
-#include "youbot_base_sim/identify/fitted_parameters.h"
-#include "youbot_base_sim/physics/no_slip_model.h"
+#include "youbot_base_sim/identify/trial.h"
 #include "youbot_base_sim/threads/share.h"
 
 namespace youbot_base_sim {
-
-/// A scene that may be that of the records.
-struct Candidate {
-  Scene scene;
-  std::vector<Wheels> phi;  ///< where the wheels of each record stood at first, rad
-};
 
 /// The motion of a candidate, at the times of a record's samples. Angles count from where they started.
 struct Prediction : Readings {
   std::vector<Eigen::Vector3d> pose;  ///< x, y (m), heading (rad), from where it started
 };
-
-/// The velocity (m/s, rad/s) at which wheels with these rates (rad/s) roll, nearly where they work against each other.
-Eigen::Vector3d rolling_velocity(const NoSlipModel& model, const Wheels& rates);
 
 /// Resources of simulations.
 struct Workers {

@@ -29,7 +29,7 @@ Eigen::MatrixXd normal_matrix(const Eigen::MatrixXd& jacobian);
 /// The step that changes one unknown by `change` and adapts the others to first order; `normal` is J^T J.
 Eigen::VectorXd step_back(const Eigen::MatrixXd& normal, Eigen::Index fixed, double change);
 
-/// Covariance of the unknowns for residuals of variance 1. Unknowns that leave no trace in the Jacobian have none.
-Eigen::MatrixXd unit_covariance(const Eigen::MatrixXd& jacobian);
+/// The inverse of J^T J: large where unknowns leave no trace in the Jacobian.
+Eigen::MatrixXd inverse_of(const Eigen::MatrixXd& normal);
 
 }  // namespace youbot_base_sim
