@@ -47,7 +47,8 @@ class Radau final : public SmoothStepper {
       return fail;
     }
     if (judged) {
-      const double error = early_error_ > 0 ? early_error_ : estimate(system);
+      const double error =
+          early_error_ > 0 ? early_error_ : error_.estimate(system, start_, stages_->u, newton_.matrix());
       const bool finite = std::isfinite(error);
       dt = std::max(control_.next(dt, error), finite ? shortest : 0);
       if (!(error <= 1) && !(finite && length <= shortest)) {
@@ -166,7 +167,7 @@ class Radau final : public SmoothStepper {
 
   bool find_stages(const SlipSystem<Model>& system, double dt, bool judged) {
     const auto give_up = [this, &system, judged] {
-      const double error = judged ? estimate(system) : 0;
+      const double error = judged ? error_.estimate(system, start_, stages_->u, newton_.matrix()) : 0;
       if (error > 1) early_error_ = error;
       return error > 1;
     };
@@ -176,10 +177,6 @@ class Radau final : public SmoothStepper {
     }
     prediction_.begin_as_start(system, start_, newton_.contacts(), dt, *stages_);
     return newton_.iterate(system, start_, dt, *stages_, give_up);
-  }
-
-  double estimate(const SlipSystem<Model>& system) {
-    return error_.estimate(system, start_, stages_->u, newton_.matrix());
   }
 
   // State at the end of a step of length dt with these velocities at the stages.

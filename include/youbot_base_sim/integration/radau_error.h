@@ -40,23 +40,26 @@ class RadauError {
     const Velocities change = (T::error[0] / dt) * (u[0] - start.u) + (T::error[1] / dt) * (u[1] - start.u) +
                               (T::error[2] / dt) * (u[2] - start.u);
     const Inertia& inertia = system.model().inertia();
-    filter_.factorize({{T::gamma / dt}}, inertia, {matrix.damping(2)}, {{matrix.coriolis(2)}});
-    std::array<Velocities, 1> error;
-    filter_.solve({start.forces + inertia * change}, error);
-    if (inertia.J_2 == 0) error[0].dgamma.setZero();  // follows from the other velocities
-    double norm = error_norm(error[0], start.error_scale);
-    if (norm > 1 && filters_twice_ && resolves_transient_energy(inertia, start, u)) {
-      norm = norm_filtered_again(inertia, start, dt, error);
+    // A contact of a prescribed wheel that slides through standstill is stiff at one stage alone: its error stays.
+    double norm = 0;
+    for (int stage = system.model().robot().wheels_prescribed ? 1 : 2; stage < 3; ++stage) {
+      filter_.factorize({{T::gamma / dt}}, inertia, {matrix.damping(stage)}, {{matrix.coriolis(stage)}});
+      std::array<Velocities, 1> error;
+      double size = filtered_norm(start, inertia, start.forces + inertia * change, error);
+      if (size > 1 && filters_twice_ && resolves_transient_energy(inertia, start, u)) {
+        size = filtered_norm(start, inertia, (T::gamma / dt) * (inertia * error[0]), error);
+      }
+      norm = std::max(size, norm);  // in this order, a size that is not a number stays
     }
     return std::max(norm, error_of_pose(start, u, dt));
   }
 
  private:
-  // The filtered error of components that decay within the step, although they have no effect on its end.
-  [[gnu::noinline]] double norm_filtered_again(const Inertia& inertia, const RadauStart<Model>& start, double dt,
-                                               std::array<Velocities, 1>& error) const {
-    filter_.solve({(RadauTableau::gamma / dt) * (inertia * error[0])}, error);
-    if (inertia.J_2 == 0) error[0].dgamma.setZero();
+  // Filters these forces into an `error`, without components that decay within the step; returns its norm.
+  double filtered_norm(const RadauStart<Model>& start, const Inertia& inertia, const Velocities& forces,
+                       std::array<Velocities, 1>& error) const {
+    filter_.solve({forces}, error);
+    if (inertia.J_2 == 0) error[0].dgamma.setZero();  // follows from the other velocities
     return error_norm(error[0], start.error_scale);
   }
 
