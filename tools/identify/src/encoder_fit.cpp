@@ -24,7 +24,7 @@ namespace {
 constexpr double kWindow = 0.2427;
 constexpr double kBlock = 4;             // s: stretches that are held out
 constexpr int kHeldOut = 3;              // every such one is held out
-constexpr int kLong = 16;                // windows, over which the tracker's noise is told from errors that grow
+constexpr int kLong = 16;                // windows, over which the tracker's noise is separated from errors that grow
 constexpr double kMinGrowth = 0.02;      // of the variance of a window: less is luck
 constexpr double kJump = 6;              // usual errors: ground truth that is farther off jumps
 constexpr double kMargin = 0.3;          // s, by which the clock may still change
