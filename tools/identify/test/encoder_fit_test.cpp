@@ -146,7 +146,7 @@ TEST(EncoderFitTest, ItsSceneCanBeSimulated) {
 TEST(EncoderFitTest, RefusesWhatItCannotFit) {
   const DriveRecord good =
       record_of(twin_of(6), {{1, {0, 0, 0}}, {3, {0.2, 0.1, 0.3}}, {3, {0, 0.2, -0.3}}, {2, {0, 0, 0}}});
-  EXPECT_EQ(refusal(good), "twin: 8.0 s of readings with ground truth; must be at least 15 s");
+  EXPECT_EQ(refusal(good), "twin: 9.0 s of readings with ground truth; must be at least 15 s");
   DriveRecord blind = good;
   blind.truth.clear();
   blind.truth_t.clear();
