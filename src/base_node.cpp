@@ -9,7 +9,7 @@
 int main(int argc, char** argv) {
   using namespace youbot_base_sim;
   return run_program(
-      argc, argv, "base_node", [] { make_base_node({}, ros::NodeHandle("~"), stop_requested())->run(); },
+      argc, argv, "base_node", [] { make_base_node({}, ros::NodeHandle("~"), stop_requested())(); },
       "The simulated base with the driver's topics and services: docs/node.md.",
       [] { read_base_settings(Parameters("~"), Parameters("")); });
 }

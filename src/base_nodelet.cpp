@@ -3,7 +3,7 @@
 #include <nodelet/nodelet.h>
 
 #include <atomic>
-#include <memory>
+#include <functional>
 #include <pluginlib/class_list_macros.hpp>
 #include <thread>
 
@@ -22,7 +22,7 @@ class BaseNodelet : public nodelet::Nodelet {
   /// Loading fails if this throws; the manager then says no reason.
   void onInit() override {
     try {
-      base_ = make_base_node(getNodeHandle(), getPrivateNodeHandle(), stop_);
+      run_base_ = make_base_node(getNodeHandle(), getPrivateNodeHandle(), stop_);
     } catch (const std::exception& error) {
       NODELET_FATAL_STREAM(error.what());
       throw;
@@ -32,16 +32,16 @@ class BaseNodelet : public nodelet::Nodelet {
 
   void run() {
     try {
-      base_->run();
+      run_base_();
     } catch (const std::exception& error) {
       NODELET_FATAL_STREAM(error.what());
     }
-    base_.reset();  // with its topics and services
+    run_base_ = {};  // with its topics and services
     if (!stop_) NODELET_INFO("%s has ended, and stays loaded until it is unloaded", getName().c_str());
   }
 
   std::atomic<bool> stop_{false};
-  std::unique_ptr<BaseNode> base_;
+  std::function<void()> run_base_;
   std::thread loop_;
 };
 

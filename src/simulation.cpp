@@ -114,8 +114,9 @@ void Simulation::make_integrator(const MotionSoFar* before) {
     for (double* x : {&patch.x0, &patch.x1}) *x -= origin_[0];
     for (double* y : {&patch.y0, &patch.y1}) *y -= origin_[1];
   }
-  integrator_ = youbot_base_sim::make_integrator(scene_.model, integrated_robot(scene_), floor, local_, profile(),
-                                                 scene_.solver, extended_, before);
+  const RobotParameters robot = prescribed_ ? PrescribedWheels::driven(scene_.robot) : scene_.robot;
+  integrator_ =
+      youbot_base_sim::make_integrator(scene_.model, robot, floor, local_, profile(), scene_.solver, extended_, before);
   integrator_->constrain(local_, t_);
   show_state();
   if (stop_) integrator_->stop_on(*stop_);
@@ -213,7 +214,7 @@ void Simulation::set_loads(const AppliedLoads& applied, bool keep_momentum) {
 
 void Simulation::set_state(const Eigen::Vector3d& pose, const Eigen::Vector3d& velocity,
                            const std::optional<Wheels>& phi) {
-  if (integrated_robot(scene_).wheels_prescribed) throw std::logic_error("prescribed wheels cannot be set");
+  if (prescribed_) throw std::logic_error("prescribed wheels cannot be set");
   const double unexplained = kinetic_energy() - state_.work();
   local_.values.col(0).head<3>() = pose.array();
   leave_origin_at(pose[0], pose[1]);

@@ -18,15 +18,13 @@ def run_quietly(command):
 
 
 def build(*targets, packages=(), ros=False):
-    """Installs packages, builds targets in build/bench/ or, with ROS, build/bench_ros/, and returns the paths of programs.
-    CMAKE_ARGUMENTS go to cmake's configure step."""
+    """Installs packages, builds targets in build/bench/ or, with ROS, build/bench_ros/, and returns the paths of programs."""
     if packages:
         subprocess.run([ROOT / "scripts" / "install_dependencies", *packages], check=True)
     folder = ROOT / "build" / ("bench_ros" if ros else "bench")
     print("building (some minutes the first time)", file=sys.stderr, flush=True)
     options = ["-DCATKIN_ENABLE_TESTING=OFF"] if ros else ["-DYOUBOT_BASE_SIM_ROS=OFF", "-DBUILD_TESTING=OFF"]
-    run_quietly(["cmake", "-S", ROOT, "-B", folder, "-DYOUBOT_BASE_SIM_STUDIES=ON", *options,
-                 *shlex.split(os.environ.get("CMAKE_ARGUMENTS", ""))])
+    run_quietly(["cmake", "-S", ROOT, "-B", folder, "-DYOUBOT_BASE_SIM_STUDIES=ON", *options])
     run_quietly(["cmake", "--build", folder, "-j", str(os.cpu_count()), "--target", *targets])
     # With catkin programs are built into its devel space.
     places = [folder / "devel" / "lib" / "youbot_base_sim", folder, folder / "studies" / "bench"]

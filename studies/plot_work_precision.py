@@ -4,9 +4,7 @@ import math
 
 from matplotlib.ticker import LogLocator, NullFormatter
 
-from youbot_base_sim.command_line import Refused
 from youbot_base_sim.figures import GREY, new_figure, save
-from youbot_base_sim.report import read_csv
 from .work_precision_runs import CONTESTANTS
 
 STYLES = {one.key: one.style for one in CONTESTANTS}
@@ -14,15 +12,14 @@ EXPLICIT = [one.key for one in CONTESTANTS if one.explicit]
 FLOOR = 1e-10  # m; errors below are those of the reference
 
 
-def read(path):
+def curves_of(rows):
     """Returns {scene: {contestant: [(error, run time per simulated s), ...]}} and titles, in the table's order."""
     scenes, titles = {}, {}
-    names, *rows = read_csv("", path, "a table of the benchmark")
-    for row in (dict(zip(names, cells)) for cells in rows):
+    for row in rows:
         titles.update({row["scene"]: row["scene_title"], row["contestant"]: row["contestant_title"]})
         points = scenes.setdefault(row["scene"], {}).setdefault(row["contestant"], [])
         if not row["failure"]:
-            points.append((max(float(row["position_error_m"]), FLOOR), float(row["run_time_per_simulated_s"])))
+            points.append((max(row["position_error_m"], FLOOR), row["run_time_per_simulated_s"]))
     return scenes, titles
 
 
@@ -74,10 +71,6 @@ def draw(scenes, titles):
     return figure
 
 
-def plot(table, path):
-    """Draws the table. Throws Refused, Failed."""
-    try:
-        scenes, titles = read(table)
-    except (KeyError, ValueError) as error:
-        raise Refused(f"{table}: not a table of the benchmark: {error}")
-    save(draw(scenes, titles), path, dpi=140)
+def plot(rows, path):
+    """Draws the table."""
+    save(draw(*curves_of(rows)), path, dpi=140)

@@ -103,10 +103,6 @@ def worst(values):
     return max((value for value in values if not math.isnan(value)), default=math.nan)
 
 
-def of(rows, key):
-    return [row[key] for row in rows]
-
-
 def least_to_most(values):
     return " to ".join(dict.fromkeys(map(figures, (min(values), max(values)))))
 
@@ -127,7 +123,7 @@ def cells_csv(rows):
     """One line for each cell, with the worst over its tolerances."""
     return csv_text(["cell", *RUNS, *RATIOS, "A"], [
         [name, *(f"{sum(map(holds, of_cell))}" for holds in RUNS.values()),
-         *(figures(worst(of(of_cell, key))) for key in RATIOS.values()), shown(".2g", worst(row.amplification for row in of_cell))]
+         *(figures(worst(row[key] for row in of_cell)) for key in RATIOS.values()), shown(".2g", worst(row.amplification for row in of_cell))]
         for name, of_cell in by_cell(rows).items()])
 
 

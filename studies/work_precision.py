@@ -1,7 +1,7 @@
 """Measures error against run time of this package and of other solvers on the same equations, in about 15 minutes.
 Writes work_precision.md, its tables in CSV and the diagram .png. With --quick it takes a minute, and prints how Cases 1
-and 2 compare with CVODE and rosenbrock4. Builds what it needs in build/bench/, with
-CMAKE_ARGUMENTS for cmake's configure step, and installs SUNDIALS, matplotlib and PyYAML if they are missing."""
+and 2 compare with CVODE and rosenbrock4. Builds what it needs in build/bench/, and installs SUNDIALS, matplotlib and
+PyYAML if they are missing."""
 import json
 import math
 import re
@@ -140,18 +140,10 @@ def main():
     parser.add_argument("--solve", type=Path, metavar="FILE",
                         help="run this program rather than build one, and install nothing")
     parser.add_argument("--quick", action="store_true", help="compare at an error of 1e-5 m alone, and write nothing")
-    parser.add_argument("--redraw", action="store_true", help="draw the diagram of FOLDER again, and run nothing")
     arguments = parser.parse_args()
-    diagram = arguments.output / "work_precision.png"
     if not arguments.span >= 1:
         parser.error(f"--span = {arguments.span}: must be a number of seconds, 1 or more")
-    if arguments.quick:
-        compare_quickly(arguments)
-        return
-    if not arguments.redraw:
-        measure_all(arguments)
-    from .plot_work_precision import plot  # with what has been installed
-    plot(diagram.with_suffix(".csv"), diagram)
+    (compare_quickly if arguments.quick else measure_all)(arguments)
 
 
 def program_of(arguments):
@@ -175,6 +167,8 @@ def measure_all(arguments):
     files = {name: arguments.output / f"{name}.csv" for name in tables}
     for name, rows in tables.items():
         write_whole(files[name], csv_text(TABLES[name], rows, "{:.4g}".format))
+    from .plot_work_precision import plot  # with what has been installed
+    plot(tables["work_precision"], arguments.output / "work_precision.png")
     part = written_part(program, tables["work_precision"], tables["references"])
     PAGE.write(part, arguments.output / "work_precision.md")
     print(f"\n{part}\nwritten: {arguments.output}/work_precision.md and .png, {', '.join(files)} as CSV")

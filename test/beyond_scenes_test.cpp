@@ -8,7 +8,7 @@
 
 #include "program.h"
 #include "temporary_folder.h"
-#include "youbot_base_sim/drive/driver_kinematics.h"
+#include "youbot_base_sim/loop/base_sensors.h"
 #include "youbot_base_sim/simulation.h"
 
 namespace youbot_base_sim {
@@ -108,7 +108,7 @@ TEST(RobotsTest, DriveAsTheirKinematicsSaysWithinSlip) {
     SCOPED_TRACE(file.path());
     ++count;
     const Scene scene = load_scene(file.path());
-    const DriverKinematics kinematics = DriverKinematics::of(scene.motors, scene.robot);
+    const DriverKinematics kinematics = BaseSensors::of(scene).odometry().kinematics();
     const double pitch = M_PI / scene.robot.rollers, envelope = std::sin(pitch) / pitch;
     const Eigen::Array3d least{0.999, 0.99 * envelope, 0.96}, most{1.001, envelope, 1};
     Simulation simulation(scene);

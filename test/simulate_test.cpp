@@ -352,15 +352,6 @@ TEST_F(SimulateTest, SignalsEndItWhereNobodyReadsItsPipe) {
   }
 }
 
-TEST_F(SimulateTest, AKilledRunLeavesFilesThatSayWhatTheyAre) {
-  const std::string scene = folder_.write("scene.yaml", kLongRow + kMotion);
-  Program simulate(SIMULATE, {scene, "--quiet", "--csv", folder_.path("a.csv")});
-  await_output("a.csv");
-  simulate.send(SIGKILL);
-  EXPECT_EQ(simulate.wait(), -1);
-  EXPECT_EQ(files(), (std::set<std::string>{"scene.yaml", incomplete("a.csv")}));
-}
-
 TEST_F(SimulateTest, WarnsOfAResultThatIsNotToBeTrusted) {
   const std::string good = folder_.write("good.yaml", kScene);
   const std::string off = folder_.write("off.yaml", kScene + "solver: {method: dopri5, absolute_tolerance: 1}\n");

@@ -59,14 +59,6 @@ TEST_F(SimulationTest, PeriodsDoNotDrift) {
   EXPECT_DOUBLE_EQ(simulation.time(), 100.0);
 }
 
-TEST_F(SimulationTest, RowsDoNotDisturbHeldTorques) {
-  Simulation by_period(load(kForward)), by_row(load(kForward));
-  for (int k = 0; k < 500; ++k) by_period.step();
-  for (int k = 1; k <= 50; ++k) by_row.advance_to(k / 100.0);
-  EXPECT_EQ(by_row.time(), by_period.time());
-  EXPECT_TRUE((by_row.state().values == by_period.state().values).all());
-}
-
 /// A push of 1 MN along x from `start` to `end`, and when to look where the base has come to, s.
 struct Push {
   double start, end, duration;

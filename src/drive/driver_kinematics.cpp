@@ -9,10 +9,6 @@ Rolling DriverKinematics::rolling() const {
   return {wheel_radius, tan_delta, arm + front * (tan_delta - youbot.tan_delta())};
 }
 
-Wheels DriverKinematics::wheel_rates(const Eigen::Vector3d& velocity) const { return rolling().dphi(velocity); }
-
-Eigen::Vector3d DriverKinematics::velocity(const Wheels& dphi) const { return rolling().velocity(dphi); }
-
 DriverKinematics::Jacobian DriverKinematics::jacobian() const {
   const Rolling rolling = this->rolling();
   Jacobian jacobian;

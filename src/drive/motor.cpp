@@ -1,13 +1,8 @@
 #include "youbot_base_sim/drive/motor.h"
 
 #include <algorithm>
-#include <cmath>
 
 namespace youbot_base_sim {
-
-double Motor::tick() const { return 2 * M_PI * gear_ratio / encoder_ticks; }
-
-double Motor::rpm() const { return 2 * M_PI * gear_ratio / 60; }
 
 DriveModeText text_of(DriveMode mode) {
   switch (mode) {

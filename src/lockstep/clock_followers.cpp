@@ -4,7 +4,6 @@
 #include <glob.h>
 #include <netdb.h>
 #include <ros/console.h>
-#include <ros/init.h>
 #include <ros/master.h>
 #include <ros/network.h>
 #include <ros/this_node.h>
@@ -28,8 +27,7 @@ namespace youbot_base_sim {
 namespace {
 
 constexpr auto kBetweenLooks = std::chrono::microseconds(50);
-constexpr int kLooksForStopped = 20;  // which take long, one in so many
-constexpr int kLooksForOwn = 20;      // at this process, before others
+constexpr int kLooksAtAll = 20;  // and not only at the one that is waited for: one in so many
 constexpr auto kFirstNotice = std::chrono::seconds(1),
                kNextNotice = std::chrono::seconds(10);  // of one that is stopped
 constexpr int kRestsToReturn = 10;                      // steps with a rest, for one that was given up
@@ -173,13 +171,13 @@ void ClockFollowers::update_nodes() {
 }
 
 void ClockFollowers::announce(const ros::Time& time) {
-  if (time == std::exchange(announced_, time)) return;
+  if (!links_.set_time(time)) return;  // before nodes are listed: one that comes afterwards receives it so
   if (++steps_ % kStepsToLearn == 0) warn_of_threads();
   take_back();
   await_rest();
   order_groups();
   for (const Group& group : groups_) {
-    for (const std::string& name : group) links_.send(name, time);
+    for (const std::string& name : group) links_.send(name);
     await_rest();
     await_polls(group);
     await_rest();
@@ -210,21 +208,21 @@ void ClockFollowers::order_groups() {
   if (master_work_) master_work_ = work_of(nodes_[kMaster].processes);  // no node has come or gone meanwhile
 }
 
-bool ClockFollowers::goes_on() const { return ros::ok() && !stop_; }
-
 /// Waits until all threads of the group that are known to poll simulated time have run since /clock arrived, or are too
 /// late.
 void ClockFollowers::await_polls(const Group& group) {
+  const bool learns = steps_ % kStepsToLearn == 0;
   std::vector<Process*> processes;
   for (const std::string& name : group) {
     const auto node = nodes_.find(name);
     if (node == nodes_.end()) continue;  // has ended
-    for (Process& process : node->second.processes) processes.push_back(&process);
+    for (Process& process : node->second.processes) {
+      if (!process.mark(learns) && !learns) continue;
+      node->second.may_have_polled = true;
+      processes.push_back(&process);
+    }
   }
-  bool may_poll = false;
-  for (Process* process : processes) may_poll |= process->mark();
-  if (!may_poll && steps_ % kStepsToLearn != 0) return;
-  packets_at_rest_.reset();
+  if (processes.empty()) return;
   const auto arrived = Clock::now();
   std::this_thread::sleep_until(arrived + kRoscppPolling);
   while (std::any_of(processes.begin(), processes.end(), std::mem_fn(&Process::has_late_poll)) &&
@@ -234,37 +232,36 @@ void ClockFollowers::await_polls(const Group& group) {
 }
 
 /// Waits until each node has been at rest since the last packet between them, or all have been with no work in between.
-/// Without a packet since the last rest there is nothing to wait for, but for nodelets in this process.
+/// Without a packet since the last rest only loops and timers may have woken, and nodelets in this process.
 bool ClockFollowers::await_rest() {
   update_nodes();
-  Node& self = nodes_[ros::this_node::getName()];
-  if (packets_at_rest_ == packets_over_loopback() && rests(self)) return true;
-  for (int looks = 0; looks < kLooksForOwn && goes_on() && !rests(self); ++looks)  // it sends what others wake for
-    std::this_thread::sleep_for(kBetweenLooks);
   std::map<std::string, int> awake;  // looks that have found it at work; half of them if it also works for others
   std::vector<std::pair<const std::string, Node>*> pending;
   std::uint64_t packets = 0, work = 0;
   auto end = Clock::now() + patience_, notice = Clock::now() + kFirstNotice;
-  for (int looks = 0; goes_on(); std::this_thread::sleep_for(kBetweenLooks)) {
+  for (int looks = 1; goes_on(); ++looks, std::this_thread::sleep_for(kBetweenLooks)) {
     if (pending.empty()) {
       packets = packets_over_loopback();
-      work = work_so_far();
+      const bool is_quiet = packets == packets_at_rest_;
+      work = is_quiet ? 0 : work_so_far();
       for (auto& one : nodes_) {
-        if (!one.second.given_up) pending.push_back(&one);
+        const bool is_own = one.first == ros::this_node::getName();  // looked at first: it sends what others wake for
+        if (one.second.rests_to_return > 0 || (is_quiet && !is_own && !one.second.may_have_polled)) continue;
+        pending.insert(is_own ? pending.end() : pending.begin(), &one);
       }
     }
-    pending.erase(std::remove_if(pending.begin(), pending.end(), [](auto* one) { return rests(one->second); }),
-                  pending.end());
+    while (!pending.empty() && rests(pending.back()->second)) pending.pop_back();
     if (pending.empty() && (packets == packets_over_loopback() || work == work_so_far())) {
       packets_at_rest_ = packets;
+      for (auto& [name, node] : nodes_) node.may_have_polled = false;
       return true;
     }
-    ++looks;
+    if (!pending.empty()) pending.back()->second.waited += kBetweenLooks;
+    if (looks % kLooksAtAll != 0) continue;
     for (auto* one : pending) {
       auto& [name, node] = *one;
-      node.waited += kBetweenLooks;
+      if (rests(node)) continue;
       awake[name] += name == ros::this_node::getName() || name == kMaster ? 1 : 2;
-      if (looks % kLooksForStopped != 0) continue;
       const auto& all = node.processes;
       if (std::none_of(all.begin(), all.end(), std::mem_fn(&Process::is_stopped))) continue;
       const auto now = Clock::now();
@@ -274,7 +271,7 @@ bool ClockFollowers::await_rest() {
       notice = now + kNextNotice;
     }
     if (Clock::now() < end) continue;
-    give_up(awake, looks);
+    give_up(awake, looks / kLooksAtAll);
     return await_rest();
   }
   return true;
@@ -289,7 +286,7 @@ bool ClockFollowers::rests(Node& node) {
 
 std::uint64_t ClockFollowers::work_so_far() {
   std::uint64_t work = 0;
-  for (auto& [name, node] : nodes_) work += node.given_up ? 0 : work_of(node.processes);
+  for (auto& [name, node] : nodes_) work += node.rests_to_return > 0 ? 0 : work_of(node.processes);
   return work;
 }
 
@@ -317,7 +314,7 @@ void ClockFollowers::give_up(const std::map<std::string, int>& awake, int looks)
            busiest == self ? ", this node itself," : "", std::chrono::duration<double>(patience_).count(),
            busiest != self && keeps_this_busy ? ", and keeps this node busy" : "");
   for (const std::string& name : {busiest, keeps_this_busy ? self : busiest}) {
-    nodes_[name].given_up = true;
+    nodes_[name].rests_to_return = kRestsToReturn;
     given_up_.insert(name);
   }
 }
@@ -325,12 +322,9 @@ void ClockFollowers::give_up(const std::map<std::string, int>& awake, int looks)
 /// Waits again for nodes that have been given up and rest in several steps.
 void ClockFollowers::take_back() {
   for (auto& [name, node] : nodes_) {
-    if (!node.given_up) continue;
-    node.rests = rests(node) ? node.rests + 1 : 0;
-    node.given_up = node.rests < kRestsToReturn;
-    if (node.given_up) continue;
-    node.rests = 0;
-    ROS_WARN("%s rests again: time waits for it", name.c_str());
+    if (node.rests_to_return == 0) continue;
+    node.rests_to_return = rests(node) ? node.rests_to_return - 1 : kRestsToReturn;
+    if (node.rests_to_return == 0) ROS_WARN("%s rests again: time waits for it", name.c_str());
   }
 }
 

@@ -112,11 +112,11 @@ class Process::Thread {
 
   /// Polls wait in a sleep of their own or at a condition. One that begins to sleep may be about to poll. Returns true
   /// if it polls or sleeps so.
-  bool mark() {
+  bool mark(bool learns) {
     if (place_ == "0") return polls_ || naps_;
     const bool has_napped = std::exchange(naps_, naps());
     if (has_napped != naps_) poll_score_ = naps_ ? kPollScore : 0;
-    is_marked_ = waits_within();
+    is_marked_ = waits_within() && (learns || poll_score_ > 0);
     if (is_marked_) marked_ = scheduled()[2];
     polls_ = is_marked_ && poll_score_ >= kPollScore;
     return polls_ || naps_;
@@ -188,9 +188,9 @@ std::uint64_t Process::work_so_far() {
   return work;
 }
 
-bool Process::mark() {
+bool Process::mark(bool learns) {
   bool polls = false;
-  for (Thread& thread : threads_) polls |= thread.mark();
+  for (Thread& thread : threads_) polls |= thread.mark(learns);
   return polls;
 }
 

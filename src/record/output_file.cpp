@@ -4,7 +4,6 @@
 #include <fmt/format.h>
 #include <sys/resource.h>
 
-#include <algorithm>
 #include <charconv>
 #include <random>
 #include <system_error>
@@ -131,8 +130,6 @@ void OutputFile::open_beside() {
 }
 
 OutputFile::~OutputFile() { keep_incomplete(); }
-
-bool OutputFile::is_terminal() const { return straight_ && isatty(descriptor_); }
 
 void OutputFile::write(std::string_view lines) {
   buffer_ += lines;

@@ -155,10 +155,7 @@ void BagRecorder::write(double t, const Simulation& simulation, const Events& ev
     options.contacts = scene.output.contacts;
     options.world = true;
     options.markers = marker_options(scene.robot, options.world);
-    const bool quantized = scene.motors && scene.motors->quantized.value_or(false);
-    BaseSensors::Options sensors;
-    sensors.kinematics = DriverKinematics::of(scene.motors, scene.robot);
-    sensors_.emplace(scene, sensors, Motor(), quantized);
+    sensors_ = BaseSensors::of(scene);
     telemetry_.emplace(scene, options);
   }
   sensors_->update(t, simulation.state(), simulation.torque());

@@ -8,7 +8,6 @@
 #include <chrono>
 #include <cmath>
 #include <cstdint>
-#include <functional>
 #include <limits>
 #include <memory>
 #include <optional>
@@ -59,10 +58,10 @@ std::string wheels_text(const Wheels& values) {
 /// The loop stops only at instants that a subscriber could notice, and every 20 ms. While it waits, it processes
 /// callbacks.
 ///
-/// While the driver has no base, as after a loss of EtherCAT, odom, base/joint_states and /tf stop, as the driver's do.
-class Loop final : public BaseNode, private TimedLoop {
+/// odom, base/joint_states and /tf stop while the driver has no base, as after a loss of EtherCAT: the driver's do.
+class BaseNode final : private TimedLoop {
  public:
-  Loop(const ros::NodeHandle& node, const ros::NodeHandle& private_node, const std::atomic<bool>& stop)
+  BaseNode(const ros::NodeHandle& node, const ros::NodeHandle& private_node, const std::atomic<bool>& stop)
       : settings_(read_base_settings({private_node, "~"}, {node, ""})),
         stop_(stop),
         loop_(settings_),
@@ -84,7 +83,7 @@ class Loop final : public BaseNode, private TimedLoop {
         [this] { end("~end is called"); });
   }
 
-  void run() override {
+  void run() {
     loop_.stop_on(stop_);
     try {
       run_loop();
@@ -414,9 +413,9 @@ class Loop final : public BaseNode, private TimedLoop {
 
 }  // namespace
 
-std::unique_ptr<BaseNode> make_base_node(const ros::NodeHandle& node, const ros::NodeHandle& private_node,
-                                         const std::atomic<bool>& stop) {
-  return std::make_unique<Loop>(node, private_node, stop);
+std::function<void()> make_base_node(const ros::NodeHandle& node, const ros::NodeHandle& private_node,
+                                     const std::atomic<bool>& stop) {
+  return [base = std::make_shared<BaseNode>(node, private_node, stop)] { base->run(); };
 }
 
 }  // namespace youbot_base_sim

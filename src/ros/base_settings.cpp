@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <cmath>
 #include <regex>
-#include <utility>
 
 #include "youbot_base_sim/integration/methods.h"
 #include "youbot_base_sim/scene/driver_configuration.h"

@@ -7,6 +7,7 @@
 #include <chrono>
 #include <cmath>
 #include <functional>
+#include <optional>
 #include <stdexcept>
 
 #include "youbot_base_sim/lockstep/clock_followers.h"
@@ -69,32 +70,29 @@ class WallClock : public NodeClock {
   void start() override {
     zero_ = ros::Time::now() - ros::Time();
     start_ = SteadyClock::now();
-    started_ = true;
   }
   ros::Time stamp(double t) const override { return ros::Time() + (zero_ + ros::Duration(t)); }
   double arrival() const override { return std::max(loop_.time(), due()); }
 
  protected:
   /// Simulated time that has passed since the start, s.
-  virtual double passed() const { return since(start_); }
+  virtual double passed() const { return since(*start_); }
 
-  double due() const { return started_ ? passed() : loop_.time(); }
+  double due() const { return start_ ? passed() : loop_.time(); }
   double lag(double t) const override { return due() - t; }
   double skip(double lag) override {
     zero_ += ros::Duration(lag);
-    start_ += std::chrono::duration_cast<SteadyClock::duration>(std::chrono::duration<double>(lag));
+    *start_ += std::chrono::duration_cast<SteadyClock::duration>(std::chrono::duration<double>(lag));
     loop_.bring_requests_forward();
     return lag;
   }
 
-  ros::Duration zero_;  // stamp of t = 0
-
- private:
-  SteadyClock::time_point start_;  // when t = 0 was due
-  bool started_ = false;
+  ros::Duration zero_;                            // stamp of t = 0
+  std::optional<SteadyClock::time_point> start_;  // when that was due; empty: before `start`
 };
 
-/// Another node's /clock. Where it goes back, the simulation goes on from there.
+/// Another node's /clock. Where it goes back, the simulation goes on from there. The simulation begins once /clock
+/// moves: while it stands, as before a run in lockstep, who hears the first odometry depends on wall time.
 class FollowedClock : public WallClock {
  public:
   FollowedClock(BaseLoop& loop, ros::NodeHandle& node) : WallClock(loop) {
@@ -103,20 +101,19 @@ class FollowedClock : public WallClock {
         ROS_WARN("/clock goes back from %g s to %g s: the simulation goes on", latest_.toSec(), time.toSec());
         zero_ += time - latest_;
       }
+      if (latest_.isZero()) zero_ = time - ros::Time();
       latest_ = time;
     });
   }
 
   const char* name() const override { return "another node's /clock"; }
   std::string missing() const override {
-    if (!latest_.isZero()) return "";
+    if (passed() > 0) return "";
+    if (!latest_.isZero()) return "another node's /clock, which stands still";
     return "another node's /clock: /use_sim_time is true, ~publish_clock is not. Without such a node, such as where a "
            "lasting roscore has it from another launch: rosparam set /use_sim_time false, and start again";
   }
-  void start() override {
-    WallClock::start();
-    zero_ = latest_ - ros::Time();
-  }
+  void start() override { start_ = SteadyClock::now(); }
 
  private:
   double passed() const override { return (latest_ - ros::Time() - zero_).toSec(); }

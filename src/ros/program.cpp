@@ -85,13 +85,8 @@ void Parameters::require(bool holds, const std::string& name, const std::string&
 bool Parameters::read(const std::string& name, const std::string& unset, const std::string& allowed,
                       const Decode& decode) {
   known_.insert(name);
-  const bool in_scene = std::exchange(in_scene_, false);
   if (!node_) {
-    fmt::print("  {:<34} {:<14} {}\n", prefix_ + name,
-               in_scene        ? "the scene's"
-               : unset.empty() ? "none"
-                               : unset,
-               allowed);
+    fmt::print("  {:<34} {:<14} {}\n", prefix_ + name, unset.empty() ? "none" : unset, allowed);
     return false;
   }
   XmlRpcValue set;
@@ -119,16 +114,17 @@ bool Parameters::read_choice(const std::string& name, std::string& value, const 
   return true;
 }
 
-bool Parameters::read(const std::string& name, bool& value) {
-  return read(name, value ? "true" : "false", "true or false", [&](XmlRpcValue& set) {
+bool Parameters::read(const std::string& name, bool& value, const char* unset) {
+  const char* const by_value = value ? "true" : "false";
+  return read(name, unset ? unset : by_value, "true or false", [&](XmlRpcValue& set) {
     if (set.getType() != XmlRpcValue::TypeBoolean) return false;
     value = static_cast<bool>(set);
     return true;
   });
 }
 
-bool Parameters::read(const std::string& name, double& value, const Range& range) {
-  return read(name, fmt::format("{:g}", value), text_of(range), [&](XmlRpcValue& set) {
+bool Parameters::read(const std::string& name, double& value, const Range& range, const char* unset) {
+  return read(name, unset ? unset : fmt::format("{:g}", value), text_of(range), [&](XmlRpcValue& set) {
     double number = 0;
     if (!read_number(set, number) || !contains(range, number)) return false;
     value = number;
@@ -136,9 +132,10 @@ bool Parameters::read(const std::string& name, double& value, const Range& range
   });
 }
 
-bool Parameters::read(const std::string& name, Eigen::Ref<Eigen::ArrayXd> values, const Range& range) {
+bool Parameters::read(const std::string& name, Eigen::Ref<Eigen::ArrayXd> values, const Range& range,
+                      const char* unset) {
   const std::string allowed = fmt::format("a list of {} numbers, each {}", values.size(), text_of(range));
-  return read(name, fmt::format("[{:g}]", fmt::join(values, ", ")), allowed, [&](XmlRpcValue& set) {
+  return read(name, unset ? unset : fmt::format("[{:g}]", fmt::join(values, ", ")), allowed, [&](XmlRpcValue& set) {
     bool holds = set.getType() == XmlRpcValue::TypeArray && set.size() == values.size();
     for (int i = 0; holds && i < set.size(); ++i) holds = read_number(set[i], values[i]) && contains(range, values[i]);
     return holds;
@@ -171,7 +168,7 @@ void Parameters::refuse_others() const {
 
 Scene read_scene(Parameters& parameters, SceneSettings settings) {
   std::string path, profile;
-  std::optional<double> friction_scale;
+  double friction_scale = 1;
   parameters.read("scene", path, "a scene file");
   if (path.empty()) {
     profile = kProfile;
@@ -180,9 +177,9 @@ Scene read_scene(Parameters& parameters, SceneSettings settings) {
   parameters.read_choice("profile", profile, profile_names());
   SceneSetting setting("robot.profile", profile, true);
   if (parameters.read("friction_scale", friction_scale, kFrictionScales)) {
-    parameters.require(profile == "measured", "friction_scale", fmt::format("{:g}", *friction_scale),
+    parameters.require(profile == "measured", "friction_scale", fmt::format("{:g}", friction_scale),
                        "left out unless profile = measured is given too");
-    setting = {"robot.profile", fmt::format("{{name: measured, friction_scale: {}}}", *friction_scale)};
+    setting = {"robot.profile", fmt::format("{{name: measured, friction_scale: {}}}", friction_scale)};
   }
   if (!profile.empty()) settings.push_back(setting);
   try {

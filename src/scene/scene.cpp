@@ -585,11 +585,6 @@ Scene default_scene(const SceneSettings& settings, SceneUse use) {
   return scene;
 }
 
-RobotParameters integrated_robot(const Scene& scene) {
-  const bool prescribed = std::holds_alternative<std::shared_ptr<const WheelMotion>>(scene.drive);
-  return prescribed ? PrescribedWheels::driven(scene.robot) : scene.robot;
-}
-
 std::unique_ptr<TorqueProfile> make_torque_profile(const Scene& scene) {
   if (const auto* motion = std::get_if<ReferenceMotion>(&scene.drive))
     return std::make_unique<ReferenceTorque>(scene.robot, *motion);

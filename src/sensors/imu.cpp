@@ -72,10 +72,6 @@ double Imu::variance(const SensorErrors& errors) const {
   return errors.noise_variance(interval_) + errors.bias_variance(t_ - start_);
 }
 
-double Imu::rate_variance() const { return variance(settings_.rate); }
-
-double Imu::acceleration_variance() const { return variance(settings_.acceleration); }
-
 double Imu::heading_variance() const {
   const double passed = t_ - start_, walk = settings_.rate.walk;
   return noise_variance_ + square(settings_.rate.bias * passed) + square(walk) * passed * square(passed) / 3;

@@ -10,8 +10,6 @@ namespace youbot_base_sim {
 
 ProgressBar::ProgressBar(bool quiet) : shown_(!quiet && isatty(STDERR_FILENO)) {}
 
-bool ProgressBar::due() const { return shown_ && Clock::now() >= next_; }
-
 void ProgressBar::draw(double share, const std::string& text) {
   if (!shown_) return;
   constexpr int kWidth = 40;

@@ -3,6 +3,7 @@ import math
 
 import numpy as np
 
+from .base import WHEELS
 from .command_line import shown
 from .series import POSE
 
@@ -10,8 +11,9 @@ PIECE = 0.5   # s, over which motions are compared
 SMALL = 0.05  # of the whole speed: the factor of a smaller part says nothing
 APART = 1.25  # a larger factor is named, as is one that is smaller than its inverse
 LENGTHS = {"mm": 1000, "cm": 100}
-KNOWN = {" (sqrt(2))": math.sqrt(2), " (1 / sqrt(2))": math.sqrt(0.5), " (degrees in place of rad)": math.pi / 180,
-         " (rpm in place of rad/s)": math.pi / 30}
+KNOWN = {"sqrt(2)": math.sqrt(2), "1 / sqrt(2)": math.sqrt(0.5), "degrees in place of rad": math.pi / 180,
+         "rpm in place of rad/s": math.pi / 30, "degrees": 180 / math.pi, "rpm": 30 / math.pi}
+TOLD = 0.2    # share of what no base moves in the least of what it does, at most, to tell one wheel from the others
 
 
 def fit(true, source, k, base):
@@ -23,16 +25,24 @@ def fit(true, source, k, base):
     return np.sum(true[known] * source[k][known]) / np.sum(source[k][known] ** 2)
 
 
+def compared(record, name):
+    """Bounds of pieces, s, and V_X, V_Y and Omega of these by the wheels, or without them by odometry; None without
+    either."""
+    series, joints = (record.get(name, "x", "y") or record.get(name, *POSE[3:])), record.get("joint_states", "velocity")
+    other = joints or (record.get("odom", *POSE[3:]) if name != "odom" else None)
+    t = np.arange(max(series.t[0], other.t[0]), min(series.t[-1], other.t[-1]), PIECE) if series and other else ()
+    if len(t) < 3:
+        return None
+    return t, record.base.velocities(joints.means(t, "velocity")) if joints else [other.means(t, c) for c in POSE[3:]]
+
+
 def to_metres(record, name):
     """Converts lengths of poses and twists that are in mm or cm, by how far the wheels roll, or else odometry goes."""
-    series, joints = record.get(name, "x", "y"), record.get("joint_states", "velocity")
-    other = joints or (record.get("odom", "V_X", "V_Y") if name != "odom" else None)
-    if not series or not other:
+    series, pieces = record.get(name, "x", "y"), compared(record, name)
+    if not series or not pieces:
         return
-    t = np.arange(max(series.t[0], other.t[0]), min(series.t[-1], other.t[-1]), PIECE)
-    X, Y = record.base.velocities(joints.means(t, "velocity"))[:2] if joints else [
-        other.means(t, column) for column in ("V_X", "V_Y")]
-    speed, moved = np.hypot(X, Y), np.hypot(np.diff(series.at(t, "x")), np.diff(series.at(t, "y"))) / PIECE
+    t, (X, Y, _) = pieces
+    speed, moved = np.hypot(X, Y), np.hypot(*(np.diff(series.at(t, axis)) for axis in "xy")) / PIECE
     fast = np.isfinite(moved) & (speed > SMALL * np.nanmax(speed, initial=0))
     ratio = np.median(moved[fast] / speed[fast]) if fast.any() else 1
     for unit, size in LENGTHS.items():
@@ -45,19 +55,42 @@ def to_metres(record, name):
 def factors(record, name):
     """The ratios of what a base moves to what its wheels roll, or without them to odometry: forward, laterally and in
     yaw, by this series; NaN where it hardly moves."""
-    series, joints = record.get(name, *POSE[3:]), record.get("joint_states", "velocity")
-    other = joints or record.get("odom", *POSE[3:])
-    t = np.arange(max(series.t[0], other.t[0]), min(series.t[-1], other.t[-1]), PIECE) if series and other else ()
-    if len(t) < 3:
+    series, pieces = record.get(name, *POSE[3:]), compared(record, name)
+    if not series or not pieces:
         return (math.nan,) * 3
-    source = record.base.velocities(joints.means(t, "velocity")) if joints else [other.means(t, c) for c in POSE[3:]]
+    t, source = pieces
     return [fit(series.means(t, column), source, k, record.base) for k, column in enumerate(POSE[3:])]
 
 
+def odd_wheel(record):
+    """A wheel that turns by another factor than the other three, and this factor; else None. A drive in all directions
+    tells it by the one combination of the wheels' turns that no motion of a base has."""
+    known = record.get("joint_states", "position") or record.get("joint_states", "velocity")
+    t = np.arange(known.t[0], known.t[-1], PIECE) if known else ()
+    if len(t) < 5:
+        return None
+    turned = np.diff(known.at(t, "position"), axis=0)
+    turned = known.means(t, "velocity") if np.isnan(turned).all() else turned
+    _, sizes, parts = np.linalg.svd(turned[np.isfinite(turned).all(axis=1)], full_matrices=False)
+    if len(sizes) < 4 or sizes[3] >= TOLD * sizes[2]:
+        return None
+    inverse = parts[3] / np.linalg.svd(record.base.rates_by_velocity())[0][:, 3]
+    others = [np.delete(inverse, wheel) for wheel in range(4)]
+    odd = int(np.argmin(list(map(np.ptp, others))))
+    factor = np.mean(others[odd]) / (inverse[odd] or 1e-9)
+    is_one = np.ptp(others[odd]) < TOLD * np.abs(inverse).max()
+    return (WHEELS[odd], factor) if is_one and not 1 / APART < factor < APART else None
+
+
 def contradictions(record):
-    """A line on each series by which the base moves much farther than its wheels roll, or less far."""
+    """A line on each series by which the base moves much farther than its wheels roll, or less far; and on a wheel
+    that does not fit the others."""
+    if odd := odd_wheel(record):
+        yield (f"{shown(record.topics['joint_states'])}: {odd[0]} turns {round(odd[1], 2) + 0.0:g} times as far as it must "
+               "beside the other wheels: its positions or ticks are wrong")
     for name in ("odom", "ground_truth"):
-        off = [f"{direction} {factor:.3g}" + "".join(known for known in KNOWN if abs(factor / KNOWN[known] - 1) < 0.04)
+        off = [f"{direction} {factor:.3g}" + "".join(f" ({known})" for known in KNOWN
+                                                     if abs(factor / KNOWN[known] - 1) < 0.04)
                for direction, factor in zip(("forward", "lateral", "in yaw"), factors(record, name))
                if factor == factor and not 1 / APART < factor < APART]
         if off:

@@ -6,13 +6,14 @@ from collections import namedtuple
 import numpy as np
 
 from .command_line import shown
-from .series import Missing, Series, differentiated
+from .series import Missing, Series, Unusable, differentiated
 
 KINDS = {"geometry_msgs/PoseStamped": lambda message: (message.pose.position, message.pose.orientation),
          "geometry_msgs/PoseWithCovarianceStamped":
              lambda message: (message.pose.pose.position, message.pose.pose.orientation),
          "geometry_msgs/TransformStamped": lambda message: (message.transform.translation, message.transform.rotation)}
 TRANSFORMS = ("tf2_msgs/TFMessage", "tf/tfMessage")
+NO_ROTATION = "has a quaternion that is no rotation"
 LARGEST_TILT = 15  # deg
 SMOOTHING = 0.05     # s to either side, over which velocities are the slopes of fitted lines
 WINDOW, LONG_WINDOW = 0.1, 0.3  # s, over which motions of marker and wheels are compared; the long one of noisy poses
@@ -31,7 +32,7 @@ START = 0.02         # m and rad: until odometry has moved so far, it has hardly
 
 def pose_fields(kind, message):
     position, q = KINDS[kind](message)
-    return {"pose": sum(matrix(position, q)[:3], []) if is_rotation(q) else [math.nan] * 12}
+    return {"pose": sum(matrix(position, q)[:3], []) if is_rotation(q) else Unusable(NO_ROTATION, 12)}
 
 
 def is_rotation(q):

@@ -3,6 +3,7 @@
 With --encoders it fits the robot alone, to bags with positions in joint_states and ground truth. The program
 identify_tables does the same with tables, which this one makes of the bags. docs/identify.md says more.
 """
+import contextlib
 import math
 import os
 import signal
@@ -12,12 +13,12 @@ from pathlib import Path
 import numpy as np
 
 from .agreement import contradictions, factors
-from .analysis import alignment
+from .analysis import alignment, spectrum
 from .bags import absolute
 from .base import DRIVER_RADIUS, WHEELS, Base
 from .command_line import Failed, Parser, Refused, shown
 from .reading import add_reading_options, base_of, print_read, print_section, read
-from .records import COMMANDS, POSE, commands_of
+from .records import COMMANDS, POSE, Missing, commands_of
 from .report import csv_text
 
 FITTER = "identify_tables"
@@ -44,6 +45,9 @@ def table_of(path, base, arguments):
             print("  note: " + bag.problem)
         if record.alignment:
             print_section("Ground truth, moved onto the base", alignment.analyse(record).lines)
+        with contextlib.suppress(Missing):
+            ripple = spectrum.analyse(record)
+            print_section(ripple.title, ripple.lines)
         print(flush=True)
     return csv_text(*columns_and_rows(record, commands_of(record, lengths_of_odometry(record), COMMANDS[:2])))
 

@@ -5,15 +5,19 @@ import contextlib
 import math
 from pathlib import Path
 
+import numpy as np
+
 from .bags import Bag, absolute
 from .base import Base
 from .command_line import Progress, Refused, one_line, positive, quoted, shown
 from .files import read_whole
-from .records import TOPICS, read_record
+from .records import LARGEST, TOPICS, read_record
 
 LARGEST_SCENE = 1000000  # bytes, as simulate reads
-ALLOWED = {"rollers_per_wheel": ("a whole number >= 3", lambda value: value >= 3 and value % 1 == 0),
+ALLOWED = {"rollers_per_wheel": ("a whole number from 3 to 255", lambda value: 3 <= value <= 255 and value % 1 == 0),
            "roller_angle": ("a number between -90 and 90, but 0, or four of these", lambda value: 0 < abs(value) < 90)}
+LENGTHS = "a number from 0.001 to 1000", lambda value: 1e-3 <= value <= 1e3  # m; all as simulate allows
+SHORTEST_LEVER = 1e-3  # m
 
 
 def joint_names(text):
@@ -38,7 +42,7 @@ def add_bag_options(parser):
     parser.add_argument("--ticks", metavar="N", type=positive, default=2 * math.pi,
                         help="positions in joint_states are encoder ticks, N per turn of the wheel; default: rad")
     parser.add_argument("--clock-offset", metavar="TOPIC=S", action="append", default=[],
-                        type=pair_of("TOPIC=S, S a number of seconds", finite),
+                        type=pair_of(f"TOPIC=S, S a number of seconds up to {LARGEST:g}", finite),
                         help="add S, in s, to the times of this topic, whose clock is off; may be repeated")
     parser.add_argument("--publisher", metavar="TOPIC=NODE", action="append", default=[],
                         type=pair_of("TOPIC=NODE", absolute),
@@ -57,7 +61,7 @@ def add_reading_options(parser):
 def read(path, base, arguments, is_quiet=False):
     """The Bag, and its Record as these options say."""
     bag = Bag(path, arguments.clock_offset, arguments.publisher)
-    with Progress(sum(bag.counts.values()), delay=math.inf if is_quiet else 1, interval=0.2) as progress:
+    with Progress(sum(bag.counts.values()), is_quiet) as progress:
         return bag, read_record(bag, base, chosen_topics(bag, arguments), namespace=arguments.namespace,
                                 progress=lambda n: n % 256 or progress.show(n, Path(path).name),
                                 frames=arguments.frames, of_marker=arguments.truth and arguments.truth == "marker")
@@ -100,11 +104,16 @@ def read_base(path):
         values = [math.nan]
         with contextlib.suppress(TypeError, ValueError):  # a list or map, or text
             values = [float(one.value) for one in (node.value if of_wheels else [node])]
-        what, is_allowed = ALLOWED.get(key, ("a number > 0", lambda value: 0 < value < math.inf))
+        what, is_allowed = ALLOWED.get(key, LENGTHS)
         if not all(map(is_allowed, values)):
             text = quoted(node.value) if isinstance(node.value, str) else "a list or map"
             raise Refused(f"--scene {shown(path)}: robot.{key} is {text}: must be {what}")
         setattr(base, key, tuple(values) if of_wheels else type(default)(values[0]))
+    columns = base.wheel_radius * base.rates_by_velocity()
+    sizes = np.abs(columns).max(axis=0)
+    if sizes[2] * np.prod(np.linalg.svd(columns / np.maximum(sizes, 1e-12))[1]) / 8 < SHORTEST_LEVER:
+        raise Refused(f"--scene {shown(path)}: robot.roller_angle: must be such that the wheels' rates decide V_X, V_Y "
+                      "and Omega")
     return base
 
 
@@ -121,8 +130,8 @@ def entries_of(node, path):
 
 def two_frames(text):
     names = text.split(",")
-    if len(names) != 2 or not all(names):
-        raise argparse.ArgumentTypeError(f"{text!r}: must be FIXED,BODY, two frames")
+    if len(names) != 2 or not all(names) or names[0] == names[1]:
+        raise argparse.ArgumentTypeError(f"{text!r}: must be FIXED,BODY, two different frames")
     return names
 
 
@@ -140,7 +149,7 @@ def pair_of(form, read, names=()):
 
 
 def finite(text):
-    if not math.isfinite(float(text)):
+    if not abs(float(text)) <= LARGEST:
         raise ValueError
     return float(text)
 

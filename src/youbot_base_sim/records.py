@@ -9,11 +9,12 @@ from . import agreement, ground_truth
 from .bags import absolute
 from .base import WHEELS, Base
 from .command_line import LONGEST_QUOTE, Refused, shown
-from .series import POSE, Missing, Series, differentiated, middles
+from .series import POSE, Missing, Series, Unusable, differentiated, middles
 
 LARGEST = 1e9  # in SI units: beyond, a number is damaged
 MAX_NAMES = 12  # of joints, in a message
 FASTEST, RARE = 100, 0.01  # rad/s, of wheels; share of steps
+FASTEST_BASE = 10.0  # m/s: beyond, poses jump
 MIN_FIT, MAX_APART = 0.8, 0.05  # of velocities to positions: squared correlation; relative difference of factors
 EMPTY = "is not there"  # of fields: why they cannot be used
 POWERS = ("drive", "bearing", "roller", "floor", "external")
@@ -143,15 +144,11 @@ def choose_publisher(record, topic, rows, is_sampled):
     """The rows of a topic: of several nodes that publish samples, those of the one with the most, the first of equals.
     Commands and events may come from several."""
     used, *others = largest(rows) or [""]
-    if others and not is_sampled:
-        record.notes.append(f"{shown(topic)} has {len(rows)} publishers: uses all, {', '.join(map(shown, rows))} (to "
-                            "choose: --publisher TOPIC=NODE)")
-    if not others or not is_sampled:
-        return sorted(sum(rows.values(), []), key=lambda row: row[0])
-    record.notes.append(f"{shown(topic)} has {len(rows)} publishers: uses {shown(used)} ({len(rows[used])} messages), "
-                        f"not {', '.join(f'{shown(one)} ({len(rows[one])})' for one in others)} (to choose: --publisher "
-                        "TOPIC=NODE)")
-    return rows[used]
+    if others:
+        left = ", not " + ", ".join(f"{shown(one)} ({len(rows[one])})" for one in others)
+        which = f"{shown(used)} ({len(rows[used])} messages){left}" if is_sampled else f"all, {', '.join(map(shown, rows))}"
+        record.notes.append(f"{shown(topic)} has {len(rows)} publishers: uses {which} (to choose: --publisher TOPIC=NODE)")
+    return rows[used] if others and is_sampled else sorted(sum(rows.values(), []), key=lambda row: row[0])
 
 
 def choose_part(record, bag, rows, state_sets):
@@ -186,6 +183,7 @@ def add_truth(record, bag, frames, of_marker):
             add_series(record, "ground_truth", " -> ".join(frames), rows, ground_truth.pose_series)
         for name in ("odom", "ground_truth"):
             agreement.to_metres(record, name)
+            note_jumps(record, name)
         poses, topic = record.get("ground_truth", "x", "y", "psi"), record.topics.get("ground_truth")
         record.poses = poses
         offset = bag.offsets.get("/tf" if frames else absolute(topic or ""))
@@ -207,6 +205,16 @@ def add_truth(record, bag, frames, of_marker):
         record.notes.append(f"ground truth is not used: {reason}")
 
 
+def note_jumps(record, name):
+    """Says where poses jump, as of odometry that was set anew, or of a tracker that took another body for it."""
+    series = record.get(name, "x", "y")
+    steps, times = (np.hypot(*np.diff([series["x"], series["y"]])), np.diff(series.t)) if series else ((), ())
+    jumps = np.flatnonzero(steps > FASTEST_BASE * times + 0.01) if series else ()
+    if len(jumps):
+        record.notes.append(f"{shown(record.topics[name])}: poses jump {len(jumps)} times, first at t = "
+                            f"{series.t[jumps[0] + 1]:.3f} s (set anew, spikes, or two nodes?)")
+
+
 def rolled(record):
     """The motion that the wheels roll since the beginning, and their contradiction; without joint states, odometry's
     motion."""
@@ -221,14 +229,6 @@ def rolled(record):
         raise Missing("offset and clock of a marker need positions in joint_states, or odom")
     sums = np.cumsum(np.stack(steps, -1), axis=0)
     return Series((joints or odom).t, {"rolled": np.vstack([np.zeros(4), sums])})
-
-
-class Unusable(list):
-    """Numbers of a field that cannot be used, and why."""
-
-    def __init__(self, reason, count):
-        super().__init__([math.nan] * count)
-        self.reason = reason
 
 
 class LeftOut:
@@ -302,7 +302,8 @@ def find_topics(bag, chosen, names, namespace):
 def pose_fields(message, _):
     pose, twist = message.pose.pose, message.twist.twist
     q = pose.orientation
-    return {"pose": (pose.position.x, pose.position.y, ground_truth.heading(q.x, q.y, q.z, q.w)),
+    return {"pose": (pose.position.x, pose.position.y, ground_truth.heading(q.x, q.y, q.z, q.w)) if (
+        ground_truth.is_rotation(q)) else Unusable(ground_truth.NO_ROTATION, 3),
             "twist": (twist.linear.x, twist.linear.y, twist.angular.z)}
 
 

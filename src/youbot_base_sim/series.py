@@ -11,6 +11,14 @@ class Missing(Exception):
     """One line on what an analysis needs and the bag lacks."""
 
 
+class Unusable(list):
+    """Numbers of a field that cannot be used, and why."""
+
+    def __init__(self, reason, count):
+        super().__init__([math.nan] * count)
+        self.reason = reason
+
+
 @dataclass
 class Series:
     """Times, s, and columns of values, (n,) or, of the wheels, (n, 4). NaN is what is not known."""

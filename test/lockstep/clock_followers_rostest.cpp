@@ -371,7 +371,8 @@ rospy.spin()
   wait_for_changes(3);  // it comes, and the first goes
   EXPECT_TRUE(changes.back().second);
   wait_for("the time", [&] {
-    links.send("/listener", ros::Time(1));
+    links.set_time(ros::Time(1));
+    links.send("/listener");
     return second.out().find("heard") != std::string::npos;
   });
 }

@@ -6,7 +6,6 @@
 
 #include <chrono>
 #include <csignal>
-#include <functional>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <thread>

@@ -29,14 +29,6 @@ TEST_F(MotorServices, off_means_free_wheels) {
   EXPECT_GT(base_.truth.twist.twist.linear.x, 0.1);
 }
 
-TEST_F(MotorServices, next_command_energises) {
-  EXPECT_TRUE(base_.call("base/switchOffMotors"));
-  base_.idle(200);
-  base_.command(twist(0.4, 0, 0));
-  base_.go_on(500);
-  EXPECT_GT(base_.truth.twist.twist.linear.x, 0.35);
-}
-
 TEST_F(MotorServices, on_means_at_rest) {
   EXPECT_TRUE(base_.call("base/switchOnMotors"));
   base_.go_on(500);
@@ -75,24 +67,6 @@ TEST(EncoderFaults, slipping_encoder_bends_the_odometry) {
   // A fifth of what the left wheels rolled, over the width that the driver reckons with.
   const double rolled = 0.0475 * base.joints.position[1];
   EXPECT_NEAR(heading(base.odometry.pose.pose.orientation), 0.2 * rolled / (2 * 0.385), 0.1 * rolled);
-}
-
-TEST(EncoderFaults, noise_is_on_readings_alone) {
-  BaseClient& base = BaseClient::fresh();
-  base.command(torque_message(Wheels::Zero(), {}));
-  SetFaults::Request faults;
-  faults.encoder_noise = 0.01;
-  base.set_faults(faults);
-  double most = 0;
-  for (int k = 0; k < 100; ++k) {
-    base.go_on(1);
-    most = std::max(most, std::abs(base.joints.position[3]));
-  }
-  // The largest of 100 normal deviates is between 1.5 and 5 deviations, but for once in 10^4 runs; and each run has the
-  // same.
-  EXPECT_GT(most, 0.015);
-  EXPECT_LT(most, 0.05);
-  EXPECT_NEAR(base.truth.pose.pose.position.x, 0, 1e-9);
 }
 
 // A loss of EtherCAT takes the base away until it is reconnected, as with the driver.
@@ -218,15 +192,6 @@ TEST(Quantized, readings_are_whole_numbers) {
   }
   EXPECT_GT(moved, 200u);
   EXPECT_GT(x, 0.03);
-}
-
-TEST(Quantized, torques_arrive_in_milliamperes) {
-  BaseClient& base = BaseClient::fresh();
-  base.command(torque_message({1, -1, 0.0005, 1155 * kMilliampere}, {}));
-  base.settle();
-  // 1 N m is 1155.3 mA, 0.0005 N m is 0.6 mA, and the driver cuts.
-  const double expected[] = {1155, -1155, 0, 1155};
-  for (int i = 0; i < kWheels; ++i) EXPECT_NEAR(base.joints.effort[i], expected[i] * kMilliampere, 1e-12) << i;
 }
 
 // The scene's motors are the node's, but for what a parameter says.

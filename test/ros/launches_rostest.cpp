@@ -114,22 +114,6 @@ TEST_F(DriverLaunch, robot_state_publisher_knows_the_wheels) {
   for (const char* wheel : kWheelNames) EXPECT_TRUE(frames.has(std::string("wheel_link_") + wheel)) << wheel;
 }
 
-TEST_F(DriverLaunch, wheels_on_the_left_have_the_drivers_velocity_sign) {
-  ros::Publisher commands = node_.advertise<geometry_msgs::Twist>("/cmd_vel", 1);
-  sensor_msgs::JointState joints;
-  const ros::Subscriber subscriber =
-      node_.subscribe<sensor_msgs::JointState>("/joint_states", 1, [&](const auto& message) { joints = *message; });
-  wait_for("the wheels to turn", [&] {
-    commands.publish(twist(0.3, 0, 0));
-    return joints.velocity.size() == 8 && joints.velocity[1] > 5;
-  });
-  EXPECT_LT(joints.velocity[0], -4);
-  EXPECT_GT(joints.velocity[1], 4);
-  EXPECT_LT(joints.velocity[2], -4);
-  EXPECT_GT(joints.velocity[3], 4);
-  EXPECT_GT(joints.position[0], 0);
-}
-
 // A description of the user's own, with arm, gripper and laser, stays, and the frames of all its links hang on odom
 // once rostopic publishes their joints beside those of the base.
 TEST(OwnDescription, is_kept_and_its_frames_are_one_tree) {

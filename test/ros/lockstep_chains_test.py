@@ -1,6 +1,7 @@
 #!/usr/bin/python3
-"""Chains of nodes have the same result in each run: with loops of their own, in C++ and Python, or with ~wait_for. RUNS in
-the environment: how often, 3 unless set. As a node: lockstep_chains_test.py KIND IN OUT, as lockstep_node.cpp."""
+"""Chains of nodes have the same result in each run: with loops of their own, in C++ and Python, with a second base, or with
+~wait_for. RUNS in the environment: how often, 3 unless set. As a node: lockstep_chains_test.py KIND IN OUT, as
+lockstep_node.cpp."""
 
 import hashlib
 import os
@@ -80,15 +81,17 @@ class ChainsTest(unittest.TestCase):
                           "_lockstep:=true", "_real_time_factor:=0", "_bag:=" + self.bag, *arguments,
                           stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
 
-    def digest(self, base):
-        """Of what a base that ends well has recorded."""
+    def digest(self, base, namespace=""):
+        """Of what a base that ends well has recorded in half a second."""
         said = base.communicate(timeout=60)[0]
         self.assertEqual(base.returncode, 0, said)
         self.assertNotIn("wall clock", said)
         digest, moved = hashlib.sha1(), 0
         with rosbag.Bag(self.bag) as bag:
             start = bag.get_start_time()
-            for topic, message, time in bag.read_messages(["/odom", "/ground_truth"]):
+            for topic, message, time in bag.read_messages([namespace + "/odom", namespace + "/ground_truth"]):
+                if time.to_sec() > start + 0.505:
+                    break
                 moved = message.pose.pose.position.x
                 digest.update(f"{topic} {time.to_sec() - start:.3f} {message.pose} {message.twist}".encode())
         self.assertGreater(moved, 0.05)
@@ -102,6 +105,10 @@ class ChainsTest(unittest.TestCase):
             self.setUp()
         self.assertEqual(len(set(digests)), 1, digests)
 
+    def await_topics(self, node, *topics):
+        while not {"/clock", *topics} <= connected_topics(node):
+            rospy.rostime.wallsleep(0.05)
+
     def run_chain(self, chain, programs):
         base = self.start_base("_end_time:=0.6", "_start_paused:=true")
         names = ("/a_" + chain, "/b_" + chain)
@@ -109,14 +116,37 @@ class ChainsTest(unittest.TestCase):
             self.start(*program, *arguments, "__name:=" + name[1:], stderr=subprocess.DEVNULL)
         rospy.wait_for_service("/base_node/unpause")
         for name, (_, topic, out) in zip(names, CHAINS[chain]):
-            while not {"/clock", "/" + topic, "/" + out} <= connected_topics(name):
-                rospy.rostime.wallsleep(0.05)
+            self.await_topics(name, "/" + topic, "/" + out)
         rospy.ServiceProxy("/base_node/unpause", Empty)()
         return self.digest(base)
 
     def test_chains(self):
         for chain, programs in (("filter", (CPP, PYTHON)), ("mux", (CPP, CPP)), ("mux", (PYTHON, PYTHON))):
             self.expect_same(lambda: self.run_chain(chain, programs))
+
+    def run_two_bases(self, names=["/base_node", "/second/base_node", "/second/controller"]):
+        """Started in this order, in every other run in the opposite one."""
+        starts = {"/base_node": lambda: self.start_base("_end_time:=0.6", "_start_paused:=true"),
+                  "/second/base_node": lambda: self.start_base("__ns:=second", "_publish_clock:=false", "_lockstep:=false",
+                                                               "_real_time_factor:=1", f"_bag:={self.bag}2"),
+                  "/second/controller": lambda: self.start(*CPP, "controller", "odom", "cmd_vel", "__ns:=second",
+                                                           "__name:=controller", stderr=subprocess.DEVNULL)}
+        nodes = {}
+        for name in names:
+            nodes[name] = starts[name]()
+            rospy.rostime.wallsleep(1)
+        names.reverse()
+        self.await_topics("/second/controller", "/second/odom", "/second/cmd_vel")
+        self.await_topics("/second/base_node")
+        rospy.wait_for_service("/base_node/unpause")
+        rospy.ServiceProxy("/base_node/unpause", Empty)()
+        nodes["/base_node"].communicate(timeout=60)
+        nodes["/second/base_node"].send_signal(signal.SIGINT)
+        self.bag += "2"
+        return self.digest(nodes["/second/base_node"], "/second")
+
+    def test_two_bases(self):
+        self.expect_same(self.run_two_bases)
 
     def start_reporting(self, *arguments):
         """A base that waits for two nodes, which report each step; by name."""

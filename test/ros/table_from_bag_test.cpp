@@ -85,7 +85,7 @@ class TableFromBagTest : public ::testing::Test {
     BaseLoop loop(settings);
     Telemetry telemetry(settings.scene, options);
     loop.push(0, drive_command(DriveMode::kVelocity, DriverKinematics().wheel_rates({0.2, 0.1, 0.3})));
-    BagWriter bag(folder_.path("x.bag"));
+    BagWriter bag(OutputFile(folder_.path("x.bag"), OutputFile::Access::kAnywhere));
     for (int k = 0; k * kPeriod < kDuration; ++k) {
       bag.write(telemetry, loop.simulation(), loop.sensors(), loop.time());
       loop.advance_periods(1);

@@ -272,10 +272,6 @@ class GroundTruthTest(RunsAnalyse):
                            "its clock cannot be determined", "fit alike")
 
 
-class OtherBaseTest(RunsAnalyse):
-    """Another Mecanum base: its sizes by a scene, and encoders that count ticks, backward on the left, as positions."""
-
-
 if __name__ == "__main__":
     SIMULATE = sys.argv[1]
     unittest.main(argv=sys.argv[:1] + sys.argv[2:])

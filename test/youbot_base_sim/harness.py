@@ -2,6 +2,7 @@
 import contextlib
 import csv
 import io
+import math
 import os
 import shutil
 import sys
@@ -17,6 +18,16 @@ sys.path[:0] = [str(ROOT / "scripts"), str(ROOT)]
 def stamp_of(t):
     import genpy
     return genpy.Time(1700000000) + genpy.Duration.from_sec(t)
+
+
+def odometry(t, pose, twist=(0, 0, 0)):
+    from nav_msgs.msg import Odometry
+    message = Odometry()
+    message.header.stamp = stamp_of(t)
+    message.pose.pose.position.x, message.pose.pose.position.y = pose[0], pose[1]
+    message.pose.pose.orientation.z, message.pose.pose.orientation.w = math.sin(pose[2] / 2), math.cos(pose[2] / 2)
+    message.twist.twist.linear.x, message.twist.twist.linear.y, message.twist.twist.angular.z = twist
+    return message
 
 
 class RunsAnalyse(unittest.TestCase):

@@ -17,8 +17,7 @@ from types import SimpleNamespace
 import numpy as np
 import rosbag
 from geometry_msgs.msg import Pose, PoseStamped, PoseWithCovarianceStamped, Quaternion, TransformStamped, Twist
-from harness import RunsAnalyse, stamp_of
-from nav_msgs.msg import Odometry
+from harness import RunsAnalyse, odometry, stamp_of
 from sensor_msgs.msg import JointState
 from tf2_msgs.msg import TFMessage
 
@@ -48,14 +47,6 @@ def put(p, q, pose, tilt=0):
     p.x, p.y, half = pose[0], pose[1], pose[2] / 2
     q.x, q.y = math.sin(tilt / 2) * math.cos(half), math.sin(tilt / 2) * math.sin(half)
     q.z, q.w = math.cos(tilt / 2) * math.sin(half), math.cos(tilt / 2) * math.cos(half)
-
-
-def odometry(t, pose, velocity):
-    message = Odometry()
-    message.header.stamp = stamp_of(t)
-    put(message.pose.pose.position, message.pose.pose.orientation, pose)
-    message.twist.twist.linear.x, message.twist.twist.linear.y, message.twist.twist.angular.z = velocity
-    return message
 
 
 def seen(kind, t, pose, tilt):

@@ -6,7 +6,6 @@ import harness
 import numpy as np
 import rosbag
 from geometry_msgs.msg import Pose, PoseStamped, Quaternion, Twist, TwistStamped, Vector3
-from nav_msgs.msg import Odometry
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Header
 
@@ -34,19 +33,12 @@ def seen(stamp, pose, tracker, marker):
     return PoseStamped(Header(stamp=stamp), Pose(place, Quaternion(*turned)))
 
 
-def odometry(stamp, pose, velocity):
-    message = Odometry(pose=Odometry().pose, twist=Odometry().twist)
-    message.header.stamp = stamp
-    message.pose.pose = Pose(Vector3(*pose[:2], 0), Quaternion(0, 0, math.sin(pose[2] / 2), math.cos(pose[2] / 2)))
-    message.twist.twist = Twist(Vector3(*velocity[:2], 0), Vector3(0, 0, velocity[2]))
-    return message
-
-
 class RecordsTest(harness.RunsAnalyse):
     def expect(self, note, *arguments, forward=1, lateral=LATERAL, position=1.0, odom=1.0, truth=(1, 1, 1),
                counted=None, stamped=False, of="rolled", rates_by=(1, 1, 1, 1), late=0.0, tracked=(),
-               names=JOINTS, is_fixed=False):
-        """What `analyse` makes of a bag with positions, ways of odometry or ground truth by these factors."""
+               names=JOINTS, is_fixed=False, moved=0.0, scale=1.0):
+        """What `analyse` makes of a bag with positions, ways of odometry or ground truth by these factors; with
+        odometry `moved` after half of the drive, m, and with quaternions of this size. `forward` None: anything."""
         turn = LENGTHS * COMMANDS[:, 2]
         X, Y, _ = COMMANDS.T
         rates = np.stack([X - Y - turn, X + Y + turn, X + Y - turn, X - Y + turn], -1) / RADIUS
@@ -55,6 +47,7 @@ class RecordsTest(harness.RunsAnalyse):
             positions = counted(positions)
         way, true = COMMANDS * (odom, odom, 1), COMMANDS * (1, LATERAL, 1) * truth
         told, way_seen = path_of(COMMANDS) * (odom, odom, 1), path_of(true)
+        told[len(told) // 2:, 0] += moved
         with rosbag.Bag(self.path("drive.bag"), "w") as bag:
             for k, command in enumerate(COMMANDS):
                 stamp, joints = harness.stamp_of(k / RATE), JointState()
@@ -66,14 +59,18 @@ class RecordsTest(harness.RunsAnalyse):
                 fixed = (np.cos(spin) * true[k][0] - np.sin(spin) * true[k][1],
                          np.sin(spin) * true[k][0] + np.cos(spin) * true[k][1], true[k][2])
                 truth_of = (("/pose", seen(harness.stamp_of(k / RATE + late), way_seen[k], *tracked)) if tracked else
-                            ("/ground_truth", odometry(stamp, way_seen[k], fixed)))
-                for topic, message in (("/joint_states", joints), ("/odom", odometry(stamp, told[k], way[k])), truth_of,
+                            ("/ground_truth", harness.odometry(k / RATE, way_seen[k], fixed)))
+                told_of = harness.odometry(k / RATE, told[k], way[k])
+                told_of.pose.pose.orientation.z *= scale
+                told_of.pose.pose.orientation.w *= scale
+                for topic, message in (("/joint_states", joints), ("/odom", told_of), truth_of,
                                        ("/cmd_vel", TwistStamped(joints.header, twist) if stamped else twist)):
                     bag.write(topic, message, stamp)
         numbers = self.numbers(self.path("drive.bag"), *arguments)
         self.assertIn(note, self.out)
-        self.assertAlmostEqual(numbers["forward_of_" + of], forward, delta=0.02)
-        self.assertAlmostEqual(numbers["lateral_of_" + of], lateral, delta=0.02)
+        if forward:
+            self.assertAlmostEqual(numbers["forward_of_" + of], forward, delta=0.02)
+            self.assertAlmostEqual(numbers["lateral_of_" + of], lateral, delta=0.02)
         return numbers
 
     def test_twists_in_the_fixed_frame_are_turned_into_the_bases(self):
@@ -118,6 +115,19 @@ class RecordsTest(harness.RunsAnalyse):
 
     def test_velocities_of_one_wheel_by_another_factor_are_not_used(self):
         self.expect("1.08, 1, 1 times their changes): velocities are differences", rates_by=(1, 1.08, 1, 1))
+
+    def test_a_wheel_whose_positions_do_not_fit_the_others_is_named(self):
+        for factor in (-1, 0, 2):
+            self.expect(f"fr turns {factor} times as far as it must beside the other wheels", forward=None,
+                        position=np.array((1, factor, 1, 1)))
+
+    def test_coarse_positions_do_not_lower_factors(self):
+        step = math.pi / 10
+        self.expect("always zero", rates_by=(0, 0, 0, 0), counted=lambda turned: np.floor(turned / step) * step)
+
+    def test_poses_that_jump_or_have_no_rotation_are_named(self):
+        self.expect("/odom: poses jump 1 times, first at t = 10.000 s", moved=1)
+        self.expect("/odom: pose of 1000 messages has a quaternion that is no rotation: left out", scale=2)
 
     def test_trackers_and_markers_that_are_tilted_are_levelled(self):
         for tracker, marker in ((0, 0.2), (math.pi / 4, 0), (0.1, math.pi / 2)):

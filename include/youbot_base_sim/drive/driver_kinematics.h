@@ -2,7 +2,6 @@
 
 #include <Eigen/Dense>
 
-#include "youbot_base_sim/drive/motor.h"
 #include "youbot_base_sim/export.h"
 #include "youbot_base_sim/physics/rolling.h"
 
@@ -24,17 +23,12 @@ struct DriverKinematics {
     return {robot.R, robot.h + robot.l, robot.tan_delta(), robot.h};
   }
 
-  /// The driver's of a run offline: the robot's own where its motors' settings say so, else the youBot's.
-  static DriverKinematics of(const std::optional<MotorSettings>& motors, const RobotParameters& robot) {
-    return motors && motors->scene_kinematics.value_or(false) ? of(robot) : DriverKinematics();
-  }
-
   /// Wheel rates, rad/s, for a velocity (V_X, V_Y, Omega) of the base in its own frame, m/s and rad/s.
-  Wheels wheel_rates(const Eigen::Vector3d& velocity) const;
+  Wheels wheel_rates(const Eigen::Vector3d& velocity) const { return rolling().dphi(velocity); }
 
   /// Velocity of the base by the wheel rates; the component of the four rates that no such motion explains is lost.
   /// Linear: it also converts differences of wheel angles (rad) to displacements (m, m, rad).
-  Eigen::Vector3d velocity(const Wheels& dphi) const;
+  Eigen::Vector3d velocity(const Wheels& dphi) const { return rolling().velocity(dphi); }
 
   using Jacobian = Eigen::Matrix<double, 3, kWheels, Eigen::DontAlign>;
 

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <cmath>
 #include <optional>
 
 #include "youbot_base_sim/export.h"
@@ -39,11 +40,11 @@ struct Motor {
 
   /// At the wheel, N m, for a current in A.
   double torque(double current) const { return current * torque_constant / gear_ratio; }
-  double max_torque() const { return torque(max_current); }  ///< 3.085 N m
-  double max_rate() const { return rpm() * max_speed; }      ///< 16.21 rad/s
-  double tick() const;                                       ///< 6.08e-5 rad of the wheel
-  double rpm() const;                                        ///< 4.05e-3 rad/s of the wheel
-  double milliampere() const { return torque(1e-3); }        ///< 8.66e-4 N m at the wheel
+  double max_torque() const { return torque(max_current); }              ///< 3.085 N m
+  double max_rate() const { return rpm() * max_speed; }                  ///< 16.21 rad/s
+  double tick() const { return 2 * M_PI * gear_ratio / encoder_ticks; }  ///< 6.08e-5 rad of the wheel
+  double rpm() const { return 2 * M_PI * gear_ratio / 60; }              ///< 4.05e-3 rad/s of the wheel
+  double milliampere() const { return torque(1e-3); }                    ///< 8.66e-4 N m at the wheel
 
   /// True if the set point is within the motor's limits.
   bool can(const SetPoint& set_point) const;

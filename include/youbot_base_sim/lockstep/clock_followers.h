@@ -1,6 +1,7 @@
 #pragma once
 
 #include <ros/callback_queue_interface.h>
+#include <ros/init.h>
 #include <ros/node_handle.h>
 #include <ros/single_subscriber_publisher.h>
 #include <rosgraph_msgs/Clock.h>
@@ -21,7 +22,7 @@
 namespace youbot_base_sim {
 
 /// Sends /clock to single nodes. roscpp does so only in the callback for a new connection: this queue keeps the
-/// callback of each connection and calls it again. A new one receives the latest time at once.
+/// callback of each connection and calls it again. A new one receives the time at once.
 class ClockLinks : public ros::CallbackQueueInterface {
  public:
   explicit ClockLinks(ros::NodeHandle& node) {
@@ -46,10 +47,15 @@ class ClockLinks : public ros::CallbackQueueInterface {
     return std::exchange(changes_, {});
   }
 
-  /// Sends `time` to the node of this name, if it has come.
-  void send(const std::string& name, const ros::Time& time) {
+  /// Sets the time; false: it is set already.
+  bool set_time(const ros::Time& time) {
     const std::lock_guard<std::mutex> lock(mutex_);
-    message_.clock = time;
+    return std::exchange(message_.clock, time) != time;
+  }
+
+  /// Sends the time to the node of this name, if it has come.
+  void send(const std::string& name) {
+    const std::lock_guard<std::mutex> lock(mutex_);
     if (const auto link = links_.find(name); link != links_.end()) link->second.last->call();
   }
 
@@ -114,12 +120,12 @@ class ClockFollowers : public TimeGate {
   struct Node {
     std::vector<Process> processes;  // empty: they cannot be seen
     Clock::duration waited{};        // until it rested, looks included
-    bool given_up = false, is_named = false;
-    int rests = 0;  // in steps one after another since it was given up
+    int rests_to_return = 0;         // in steps one after another; above 0: it is given up
+    bool is_named = false, may_have_polled = false;
   };
 
   std::pair<std::string, double> slowest() const override { return slowest_of(nodes_); }
-  bool goes_on() const;
+  bool goes_on() const { return ros::ok() && !stop_; }
   void update_nodes();
   void order_groups();
   void await_polls(const Group& group);
@@ -135,8 +141,7 @@ class ClockFollowers : public TimeGate {
   std::map<std::string, Node> nodes_;             // by name; this one and the master too
   std::vector<Group> groups_;                     // in the order in which they receive /clock
   std::optional<std::uint64_t> master_work_;      // when `groups_` was determined; empty: nodes have come or gone
-  std::optional<std::uint64_t> packets_at_rest_;  // empty: threads may have run since
-  ros::Time announced_;
+  std::optional<std::uint64_t> packets_at_rest_;  // empty: there was no rest
 };
 
 }  // namespace youbot_base_sim

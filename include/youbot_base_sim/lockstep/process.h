@@ -33,9 +33,9 @@ class Process {
   /// know for this process.
   std::uint64_t work_so_far();
 
-  /// Marks a moment at which it has been seen to rest, for `learn_polls` and `has_late_poll`. Returns true if a thread
-  /// may poll.
-  bool mark();
+  /// Marks a moment at which it has been seen to rest, for `learn_polls` and `has_late_poll`; only if it `learns`, also
+  /// for threads that have proved not to poll. Returns true if a thread may poll.
+  bool mark(bool learns = true);
 
   /// Learns which threads poll, that is, look at the time once a millisecond: those that have run that often since the
   /// mark, time `since` ago, though all was at rest. A thread that is new or begins a sleep counts as polling until it

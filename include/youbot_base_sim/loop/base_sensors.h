@@ -27,6 +27,15 @@ class BaseSensors {
     if (options.imu) imu_.emplace(*options.imu, scene.floor, 0, scene.initial);
   }
 
+  /// Those of a run offline: readings are exact unless the scene's motors are `quantized`, and the kinematics the
+  /// youBot's unless they are to be the robot's.
+  static BaseSensors of(const Scene& scene) {
+    const MotorSettings motors = scene.motors.value_or(MotorSettings());
+    Options options;
+    if (motors.scene_kinematics.value_or(false)) options.kinematics = DriverKinematics::of(scene.robot);
+    return {scene, options, Motor(), motors.quantized.value_or(false)};
+  }
+
   /// At time t (s) reads the motors, which exert `torque` (N m), under `faults`; steps odometry and inertial unit.
   void update(double t, const State& state, const Wheels& torque, const Faults& faults = {}) {
     odometry_.update(motors_.read(state.phi(), state.dphi(), torque, faults).phi);

@@ -94,7 +94,7 @@ class OutputFile {
   const std::string& name() const { return name_; }
 
   /// True if it is a terminal, where it is read as it comes.
-  bool is_terminal() const;
+  bool is_terminal() const { return straight_ && isatty(descriptor_); }
 
   /// The place of an output.
   struct Place {

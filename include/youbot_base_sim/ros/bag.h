@@ -34,8 +34,6 @@ class BagWriter {
  public:
   explicit BagWriter(OutputFile file, std::string ns = "/", std::function<ros::Time(double)> stamp_at = stamp_of)
       : file_(std::move(file)), namespace_(std::move(ns)), stamp_at_(std::move(stamp_at)) {}
-  /// Throws OutputError where the system refuses.
-  explicit BagWriter(const std::string& path) : BagWriter(OutputFile(path, OutputFile::Access::kAnywhere)) {}
   /// Keeps a bag that was not committed, see `keep_incomplete`.
   ~BagWriter() { keep_incomplete(); }
   BagWriter(const BagWriter&) = delete;

@@ -31,20 +31,20 @@ class Parameters {
   explicit Parameters(std::string prefix) : prefix_(std::move(prefix)) {}
 
   /// Sets `value`, the default, if the parameter is set. Returns whether it is. Throws ParameterError unless its value
-  /// is what is `allowed`.
+  /// is what is `allowed`. `unset`: the default in words, where the value does not say it.
   bool read(const std::string& name, std::string& value, const std::string& allowed = "a text");
   bool read_choice(const std::string& name, std::string& value, const std::vector<std::string>& allowed);
-  bool read(const std::string& name, bool& value);
-  bool read(const std::string& name, double& value, const Range& range);
+  bool read(const std::string& name, bool& value, const char* unset = nullptr);
+  bool read(const std::string& name, double& value, const Range& range, const char* unset = nullptr);
   /// A list with as many numbers as `values` has.
-  bool read(const std::string& name, Eigen::Ref<Eigen::ArrayXd> values, const Range& range);
+  bool read(const std::string& name, Eigen::Ref<Eigen::ArrayXd> values, const Range& range,
+            const char* unset = nullptr);
   bool read(const std::string& name, std::vector<std::string>& texts);
   /// Without a default: the scene has it.
   template <class Value, class... Limits>
   bool read(const std::string& name, std::optional<Value>& value, const Limits&... limits) {
     Value set{};
-    in_scene_ = true;
-    if (!read(name, set, limits...)) return false;
+    if (!read(name, set, limits..., "the scene's")) return false;
     value = set;
     return true;
   }
@@ -65,7 +65,6 @@ class Parameters {
   std::optional<ros::NodeHandle> node_;  // empty: describes
   std::string prefix_;
   std::set<std::string> known_;
-  bool in_scene_ = false;  // the default of what is read next
 };
 
 /// The scene of a node that runs until it is ended: that of the parameter `scene` (a scene file) with these settings

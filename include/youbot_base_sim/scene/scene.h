@@ -114,14 +114,12 @@ std::string id_of(const Scene& scene);
 /// "# youbot_base_sim 1.0.0, scene 0123456789abcdef\n": what made an output.
 std::string provenance(const Scene& scene);
 
-/// The robot as it is integrated: the `driven` one of PrescribedWheels where the drive is a WheelMotion.
-RobotParameters integrated_robot(const Scene& scene);
-
 /// All that is allowed but hardly meant, a line each: values of a likely wrong unit, rollers that no wheel has,
 /// settings without effect, an explicit method that takes long.
 std::vector<std::string> warnings_of(const Scene& scene);
 
-/// The torque over time; null without a drive or for one of rates. That of a WheelMotion needs `integrated_robot`.
+/// The torque over time; null without a drive or for one of rates. That of a WheelMotion moves a
+/// robot that PrescribedWheels has `driven`.
 std::unique_ptr<TorqueProfile> make_torque_profile(const Scene& scene);
 
 }  // namespace youbot_base_sim

@@ -49,9 +49,9 @@ class Imu {
   const Eigen::Vector3d& acceleration() const { return specific_; }  ///< specific force, m/s^2: +g upwards at rest
   double heading() const { return heading_; }                        ///< integrated from the readings of the rate, rad
 
-  double rate_variance() const;          ///< rad^2/s^2
-  double acceleration_variance() const;  ///< m^2/s^4
-  double heading_variance() const;       ///< rad^2
+  double rate_variance() const { return variance(settings_.rate); }                  ///< rad^2/s^2
+  double acceleration_variance() const { return variance(settings_.acceleration); }  ///< m^2/s^4
+  double heading_variance() const;                                                   ///< rad^2
 
  private:
   double variance(const SensorErrors& errors) const;

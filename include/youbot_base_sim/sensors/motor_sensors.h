@@ -1,6 +1,5 @@
 #pragma once
 
-#include <optional>
 #include <random>
 
 #include "youbot_base_sim/drive/faults.h"
@@ -25,10 +24,6 @@ class MotorSensors {
       : tick_(motor.tick()), rpm_(motor.rpm()), milliampere_(motor.milliampere()), quantized_(quantized), phi_(phi) {
     readings_.phi = phi;
   }
-
-  /// Sensors of a run offline: exact, unless the scene's motors are `quantized`.
-  MotorSensors(const std::optional<MotorSettings>& motors, const Wheels& phi)
-      : MotorSensors(Motor(), motors && motors->quantized.value_or(false), phi) {}
 
   /// Reads wheels at angles phi (rad) and rates dphi (rad/s) whose motors exert `torque`, N m; once a driver's cycle.
   /// Motors that are silent or disconnected keep their readings.

@@ -14,7 +14,7 @@ class ProgressBar {
   ProgressBar& operator=(const ProgressBar&) = delete;
 
   /// True if it is time to draw it: at most ten times a second.
-  bool due() const;
+  bool due() const { return shown_ && Clock::now() >= next_; }
   /// `share` is from 0 to 1; `text` stands behind the bar.
   void draw(double share, const std::string& text);
   void clear();

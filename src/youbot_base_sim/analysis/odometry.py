@@ -9,7 +9,6 @@ from .path import draw_track
 from .section import Section, each, rms, summed
 
 PIECE, PIECE_ANGLE = 1.0, math.pi / 2  # m and rad: pieces over which the error is measured afresh
-JUMP = 10.0  # m/s, faster than any base: the odometry was set anew
 
 
 def analyse(record):
@@ -29,10 +28,6 @@ def analyse(record):
                 maximal_error=(farthest, "m"), maximal_heading_error=(heading.max(), "rad"))
     add_per_length(section, aligned)
     add_per_revolution(section, aligned)
-    jumps = np.flatnonzero(np.hypot(np.diff(odom["x"]), np.diff(odom["y"])) > JUMP * np.diff(odom.t) + 0.01)
-    if len(jumps):
-        section.say("jumps of the odometry", f"{len(jumps)}, first at t = {odom.t[jumps[0] + 1]:.3f} s (was it set to "
-                    "zero?): they count as error")
     section.tables["odometry.csv"] = (
         ["t_s", "true_x_m", "true_y_m", "true_psi_rad", "odom_x_m", "odom_y_m", "odom_psi_rad", "path_length_m",
          "error_m", "heading_error_rad"],

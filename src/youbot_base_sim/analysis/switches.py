@@ -31,7 +31,6 @@ def analyse(record):
     if many.any():
         section.say("", f"{switches['count'][many].sum():.0f} of them in {many.sum()} messages with a count above 1: "
                     "left out of intervals and jumps")
-    add_expected_jump(section, record, switches)
     jumps = add_jumps(section, record, switches, intervals)
     section.tables["switches.csv"] = (
         ["t_s", "wheel", "direction", "count", "slip_jump_m_per_s"],
@@ -46,21 +45,6 @@ def intervals_of(switches, mask):
     t, single = switches.t[mask], switches["count"][mask] == 1
     both = single[1:] & single[:-1]
     return t[1:][both], np.diff(t)[both]
-
-
-def add_expected_jump(section, record, switches):
-    """The contact point jumps along the axle, so that V_PX jumps by this times the yaw rate."""
-    truth, what = record.get("ground_truth", "Omega"), "jump of slip, by geometry"
-    if not truth:
-        section.say(what, f"not computed: {record.lack('ground_truth', 'Omega')}, for the yaw rate")
-        return
-    jump = record.base.jump_of_offset() * np.abs(truth.at(switches.t, "Omega"))
-    jump = jump[np.isfinite(jump)]
-    if len(jump):
-        median = 1e3 * np.median(jump)
-        section.say(what, f"{median:.3f} mm/s median, {1e3 * jump.max():.3f} mm/s at most: "
-                    f"{1e3 * record.base.jump_of_offset():.1f} mm times the yaw rate",
-                    geometric_jump_median=(median, "mm/s"))
 
 
 def add_jumps(section, record, switches, intervals):

@@ -1,6 +1,7 @@
 """Batch and simulate_many of the Python module beside single runs; warnings, threads, help and types of the module."""
 import inspect
 import os
+import re
 import signal
 import threading
 import time
@@ -163,7 +164,12 @@ class Module(unittest.TestCase):
                 members = {member for member in dir(real) if not member.startswith("_")}
                 self.assertEqual(members, {member for member in [*dir(typed), "torque"] if not member.startswith("_")})
                 for member in members:
-                    self.assertGreater(len(inspect.getdoc(getattr(real, member))), 5, f"{name}.{member}")
+                    doc, typing = inspect.getdoc(getattr(real, member)), getattr(typed, member, None)
+                    self.assertGreater(len(doc), 5, f"{name}.{member}")
+                    if inspect.isfunction(typing):  # functions in C++ say their arguments in the first line of the doc
+                        stated = re.findall(r"(\w+): ", doc.split(" ->")[0]) if "(self: " in doc else inspect.signature(
+                            getattr(real, member)).parameters
+                        self.assertEqual(list(stated), list(inspect.signature(typing).parameters), member)
         self.assertRegex(Simulation.state.__doc__, r"dphi \(4,\) rad/s")
 
 

@@ -5,23 +5,19 @@
 namespace youbot_base_sim {
 
 ObservedRun::ObservedRun(Simulation& simulation)
-    : simulation_(simulation),
-      rows_(simulation),
-      sensors_(simulation.scene().motors, simulation.state().phi()),
-      odometry_(DriverKinematics::of(simulation.scene().motors, simulation.scene().robot),
-                sensors_.read(simulation.state().phi(), simulation.state().dphi(), simulation.torque()).phi) {}
+    : simulation_(simulation), rows_(simulation), sensors_(BaseSensors::of(simulation.scene())) {}
 
 bool ObservedRun::next() {
   if (!rows_.next()) return false;
   const ContactDetails contacts = simulation_.contacts();
   square_of_slip_ = std::max(square_of_slip_, (contacts.V_PX.square() + contacts.V_PY.square()).maxCoeff());
-  odometry_.update(sensors_.read(state().phi(), state().dphi(), Wheels::Zero()).phi);  // encoders know no torque
+  sensors_.update(rows_.t(), state(), Wheels::Zero());  // encoders know no torque
   return true;
 }
 
 Eigen::Vector3d ObservedRun::odometry() const {
   const State& start = simulation_.scene().initial;
-  const Eigen::Vector3d& pose = odometry_.pose();
+  const Eigen::Vector3d& pose = sensors_.odometry().pose();
   const auto [s, c] = sine_and_cosine(start.psi());
   return {start.x() + c * pose[0] - s * pose[1], start.y() + s * pose[0] + c * pose[1], start.psi() + pose[2]};
 }

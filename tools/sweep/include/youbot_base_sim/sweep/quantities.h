@@ -3,9 +3,8 @@
 #include <cmath>
 #include <vector>
 
+#include "youbot_base_sim/loop/base_sensors.h"
 #include "youbot_base_sim/offline/verdict.h"
-#include "youbot_base_sim/sensors/motor_sensors.h"
-#include "youbot_base_sim/sensors/wheel_odometry.h"
 #include "youbot_base_sim/simulation.h"
 
 namespace youbot_base_sim {
@@ -30,8 +29,7 @@ class ObservedRun {
   Simulation& simulation_;
   RowLoop rows_;
   double square_of_slip_ = 0;
-  MotorSensors sensors_;
-  WheelOdometry odometry_;
+  BaseSensors sensors_;
 };
 
 /// A number that a table may have for each run.
