@@ -6,9 +6,6 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
-#include <cmath>
-#include <random>
-
 #include "errors.h"
 #include "temporary_folder.h"
 #include "twin.h"
@@ -75,18 +72,8 @@ TEST(EncoderTwinTest, IsFoundAgain) {
   EXPECT_LT(fit.error_after, 0.7 * fit.error_unknown);
 }
 
-TEST(EncoderTwinTest, WithoutAnglesFitsTheMean) {
-  EncoderFitSettings settings;
-  settings.find_angles = false;
-  const EncoderFit fit = fit_encoders(measured_base(), {record_of(twin_of(4), kDrive)}, settings);
-  EXPECT_FALSE(fit.drives.front().angles_at_zero);
-  EXPECT_EQ(fit.error_after, fit.error_unknown);
-  EXPECT_LT(fit.error_after, fit.error_kinematics);
-  EXPECT_NEAR(fit.best.scene.robot.R, 0.0508, 3e-4);
-}
-
 // A tracker of little worth: noise of 3 mm and 10 mrad, and headings that jump by up to 0.3 rad, a tenth of the time.
-TEST(EncoderTwinTest, TrackersMayBeNoisyAndJump) {
+TEST(EncoderTwinTest, WithoutAnglesFitsTheMeanToANoisyTracker) {
   DriveRecord record = record_of(twin_of(5), kDrive);
   std::mt19937_64 random(5);
   std::normal_distribution<double> normal;
@@ -94,14 +81,13 @@ TEST(EncoderTwinTest, TrackersMayBeNoisyAndJump) {
     const double jump = k % 100 < 10 ? 0.3 * std::cos(static_cast<double>(k / 100)) : 0;
     record.truth[k] += Eigen::Vector3d(3e-3 * normal(random), 3e-3 * normal(random), 0.01 * normal(random) + jump);
   }
-  EncoderFitSettings settings;
-  settings.find_angles = false;
-  const EncoderFit fit = fit_encoders(measured_base(), {record}, settings);
+  const EncoderFit fit = fit_encoders(measured_base(), {record}, {{}, 0, false});
+  EXPECT_FALSE(fit.drives.front().angles_at_zero);
+  EXPECT_EQ(fit.error_after, fit.error_unknown);
   EXPECT_GT(fit.drives.front().jumps, 20);
-  const Fit::Number& radius = fit.numbers.front();
-  EXPECT_EQ(radius.parameter->name(), "robot.wheel_radius");
-  EXPECT_NEAR(radius.value, 0.0508, 3 * radius.sigma);
-  EXPECT_LT(radius.sigma, 2e-4);
+  ASSERT_EQ(fit.numbers.front().parameter->name(), "robot.wheel_radius");
+  EXPECT_NEAR(fit.best.scene.robot.R, 0.0508, 3 * fit.numbers.front().sigma);
+  EXPECT_LT(fit.numbers.front().sigma, 2e-4);
 }
 
 // Wheels that roll forward tell their radius alone: neither rollers, nor the track, nor where rollers stood.
