@@ -13,7 +13,7 @@ APART = 1.25  # a larger factor is named, as is one that is smaller than its inv
 LENGTHS = {"mm": 1000, "cm": 100}
 KNOWN = {"sqrt(2)": math.sqrt(2), "1 / sqrt(2)": math.sqrt(0.5), "degrees in place of rad": math.pi / 180,
          "rpm in place of rad/s": math.pi / 30, "degrees": 180 / math.pi, "rpm": 30 / math.pi}
-TOLD = 0.2    # share of what no base moves in the least of what it does, at most, to tell one wheel from the others
+CLEAR = 0.2    # share of what no base moves in the least of what it does, at most, to tell one wheel from the others
 
 
 def fit(true, source, k, base):
@@ -72,13 +72,13 @@ def odd_wheel(record):
     turned = np.diff(known.at(t, "position"), axis=0)
     turned = known.means(t, "velocity") if np.isnan(turned).all() else turned
     _, sizes, parts = np.linalg.svd(turned[np.isfinite(turned).all(axis=1)], full_matrices=False)
-    if len(sizes) < 4 or sizes[3] >= TOLD * sizes[2]:
+    if len(sizes) < 4 or sizes[3] >= CLEAR * sizes[2]:
         return None
     inverse = parts[3] / np.linalg.svd(record.base.rates_by_velocity())[0][:, 3]
     others = [np.delete(inverse, wheel) for wheel in range(4)]
     odd = int(np.argmin(list(map(np.ptp, others))))
     factor = np.mean(others[odd]) / (inverse[odd] or 1e-9)
-    is_one = np.ptp(others[odd]) < TOLD * np.abs(inverse).max()
+    is_one = np.ptp(others[odd]) < CLEAR * np.abs(inverse).max()
     return (WHEELS[odd], factor) if is_one and not 1 / APART < factor < APART else None
 
 

@@ -58,7 +58,7 @@ def say_rollers(section, n, rollers, odds):
     """`n`: as the scene has them."""
     by = "by lines that are stronger in lateral motion and yaw than ahead"
     if odds < 1:
-        section.say("rollers of a wheel", f"not told {by}")
+        section.say("rollers of a wheel", f"not shown {by}")
         return
     section.say("rollers of a wheel", f"{rollers}, odds {odds:.3g} to 1, {by}", rollers=(rollers, "1"),
                 odds_of_rollers=(odds, "1"))
