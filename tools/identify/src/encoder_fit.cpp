@@ -75,6 +75,7 @@ struct Path {
 struct Track {
   std::vector<int> windows;  // their numbers; window i ends at end_of(i)
   int jumps = 0;             // windows that are left out, for ground truth jumps there
+  bool all_driven = false;   // all directions: after forward motion alone, other angles of the rollers fit as well
 };
 
 double end_of(int window) { return window * kWindow; }
@@ -170,7 +171,7 @@ class EncoderComparison : public Comparison {
 
  private:
   void leave_out_jumps(const Candidate& candidate);
-  void check(const Candidate& candidate) const;
+  void check(const Candidate& candidate);
   double spread(const Eigen::VectorXd& off, int mode, int count) const;
   Eigen::VectorXd truth() const;
   Eigen::VectorXd by_wheels(const Candidate& candidate) const;
@@ -358,7 +359,7 @@ Eigen::VectorXd EncoderComparison::uncorrelated(Eigen::VectorXd off, double limi
   return off;
 }
 
-void EncoderComparison::check(const Candidate& candidate) const {
+void EncoderComparison::check(const Candidate& candidate) {
   const double lever = Rolling(candidate.scene.robot).lever();
   const Eigen::VectorXd moved = uncorrelated(truth()), off = uncorrelated(off_by_kinematics(candidate));
   const Eigen::VectorXd rolled = by_wheels(candidate);
@@ -370,6 +371,7 @@ void EncoderComparison::check(const Candidate& candidate) const {
       way[c] = rolled(rows).lpNorm<1>() * (c == 2 ? lever : 1);
       unexplained[c] = off(rows).lpNorm<1>() / moved(rows).lpNorm<1>();
     }
+    tracks_[r].all_driven = (way >= kDriven * way.sum()).all();
     for (int c = 0; c < 3; ++c) {
       if (way[c] < kDriven * way.sum() || unexplained[c] <= kMaxUnexplained) continue;
       throw UnusableRecord(fmt::format(
@@ -413,14 +415,14 @@ void report_records(const std::vector<DriveRecord>& records, const EncoderCompar
     drive.jumps = comparison.track(r).jumps;
     if (!fit.best.phi.empty()) {
       const Wheels off = fit.sigma.segment<kWheels>(static_cast<Eigen::Index>(all.angles_of(r))).array() * kAngleStep;
-      if ((off < pitch / std::sqrt(12)).all()) {  // of any angle within a roller
+      // A roller's angle that is anywhere has this sigma.
+      if (comparison.track(r).all_driven && (off < pitch / std::sqrt(12)).all()) {
         drive.angles_at_zero = fit.best.phi[r] - pitch * (fit.best.phi[r] / pitch).round();
         drive.angles_sigma = off;
       } else {
         fit.unidentifiable.push_back(
-            fmt::format("{}: which rollers touch the floor where the encoders read zero (sigma {:.2g} rad); drive "
-                        "laterally and in yaw",
-                        records[r].name, off.maxCoeff()));
+            fmt::format("{}: which rollers touch the floor where the encoders read zero; drive laterally and in yaw",
+                        records[r].name));
       }
     }
     fit.drives.push_back(drive);

@@ -72,8 +72,16 @@ TEST(EncoderTwinTest, IsFoundAgain) {
   EXPECT_LT(fit.error_after, 0.7 * fit.error_unknown);
 }
 
+TEST(EncoderTwinTest, WithoutAnglesFitsTheMean) {
+  const EncoderFit fit = fit_encoders(measured_base(), {record_of(twin_of(4), kDrive)}, {{}, 0, false});
+  EXPECT_FALSE(fit.drives.front().angles_at_zero);
+  EXPECT_EQ(fit.error_after, fit.error_unknown);
+  EXPECT_LT(fit.error_after, fit.error_kinematics);
+  EXPECT_NEAR(fit.best.scene.robot.R, 0.0508, 3e-4);
+}
+
 // A tracker of little worth: noise of 3 mm and 10 mrad, and headings that jump by up to 0.3 rad, a tenth of the time.
-TEST(EncoderTwinTest, WithoutAnglesFitsTheMeanToANoisyTracker) {
+TEST(EncoderTwinTest, TrackersMayBeNoisyAndJump) {
   DriveRecord record = record_of(twin_of(5), kDrive);
   std::mt19937_64 random(5);
   std::normal_distribution<double> normal;
@@ -82,15 +90,13 @@ TEST(EncoderTwinTest, WithoutAnglesFitsTheMeanToANoisyTracker) {
     record.truth[k] += Eigen::Vector3d(3e-3 * normal(random), 3e-3 * normal(random), 0.01 * normal(random) + jump);
   }
   const EncoderFit fit = fit_encoders(measured_base(), {record}, {{}, 0, false});
-  EXPECT_FALSE(fit.drives.front().angles_at_zero);
-  EXPECT_EQ(fit.error_after, fit.error_unknown);
   EXPECT_GT(fit.drives.front().jumps, 20);
   ASSERT_EQ(fit.numbers.front().parameter->name(), "robot.wheel_radius");
   EXPECT_NEAR(fit.best.scene.robot.R, 0.0508, 3 * fit.numbers.front().sigma);
-  EXPECT_LT(fit.numbers.front().sigma, 2e-4);
+  EXPECT_LT(fit.numbers.front().sigma, 1e-4);
 }
 
-// Wheels that roll forward tell their radius alone: neither rollers, nor the track, nor where rollers stood.
+// Wheels that roll forward tell their radius: neither friction of rollers, nor the track, nor where rollers stood.
 TEST(EncoderTwinTest, ForwardMotionNamesWhatItDoesNotTell) {
   std::vector<Command> forward = {{0.5, {0, 0, 0}}};
   for (const double speed : {0.3, -0.2, 0.35, -0.3, 0.15, -0.35, 0.25, -0.1}) forward.push_back({2.9, {speed, 0, 0}});
@@ -98,11 +104,13 @@ TEST(EncoderTwinTest, ForwardMotionNamesWhatItDoesNotTell) {
   EXPECT_NEAR(fit.best.scene.robot.R, 0.0508, 1e-4);
   EXPECT_FALSE(fit.drives.front().angles_at_zero);
   const std::string named = fmt::format("{}", fmt::join(fit.unidentifiable, "\n"));
-  for (const char* name : {"robot.half_track: ", "robot.roller_dry_friction: ", "robot.com_X: ", "robot.com_Y: ",
-                           "floor.spin_radius: ", "twin: which rollers touch the floor where the encoders read zero"}) {
+  for (const char* name : {"robot.roller_dry_friction: ", "robot.com_X: ", "robot.com_Y: ", "floor.spin_radius: ",
+                           "twin: which rollers touch the floor where the encoders read zero"}) {
     EXPECT_NE(named.find(name), std::string::npos) << name << named;
   }
-  EXPECT_EQ(fit.best.scene.robot.l, measured_base().robot.l);
+  for (const Fit::Number& number : fit.numbers) {  // noise in what is held out may keep it: its sigma says so
+    if (number.parameter->name() == "robot.half_track") EXPECT_GT(number.sigma, 0.01);
+  }
   EXPECT_EQ(fit.best.scene.robot.roller_dry_friction[0], measured_base().robot.roller_dry_friction[0]);
 }
 
