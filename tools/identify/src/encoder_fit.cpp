@@ -23,7 +23,7 @@ namespace {
 constexpr double kWindow = 0.2427;       // s, between compared poses
 constexpr double kBlock = 4;             // s: stretches that are held out
 constexpr int kHeldOut = 3;              // every such one is held out
-constexpr int kLong = 16;                // windows, over which the tracker's noise is told from errors that grow
+constexpr int kLong = 16;                // windows, over which the tracker's noise is separated from errors that grow
 constexpr double kMinGrowth = 0.02;      // of the variance of a window: less is luck
 constexpr double kJump = 4;              // usual errors: ground truth that is farther off jumps, unless wheels slip,
 constexpr double kSlip = 0.2;            // by this share of how far they roll
