@@ -83,8 +83,9 @@ Eigen::Vector3d displacement(const Eigen::Vector3d& a, const Eigen::Vector3d& b)
 const Motion& motion_at(const std::vector<Motion>& motions, double time);
 
 constexpr int kModes = 3;
-/// In columns of identify --csv, and in messages.
+/// In columns of identify --csv: forward, lateral and yaw.
 constexpr std::array<const char*, kModes> kModeNames = {"ahead", "sideways", "turning"};
+/// In messages.
 constexpr std::array<const char*, kModes> kDirections = {"forward", "lateral", "yaw"};
 
 /// The parts of four wheels' rates or torques that drive the base forward, laterally and in yaw: means with each
