@@ -20,14 +20,14 @@ namespace youbot_base_sim {
 
 namespace {
 
-// s, between compared poses: no multiple of their intervals. Interpolated truth is less noisy and would draw the clock.
-constexpr double kWindow = 0.2427;
+constexpr double kWindow = 0.2427;       // s, between compared poses
 constexpr double kBlock = 4;             // s: stretches that are held out
 constexpr int kHeldOut = 3;              // every such one is held out
 constexpr int kLong = 16;                // windows, over which the tracker's noise is separated from errors that grow
 constexpr double kMinGrowth = 0.02;      // of the variance of a window: less is luck
-constexpr double kJump = 6;              // usual errors: ground truth that is farther off jumps
-constexpr double kMargin = 0.3;          // s, by which the clock may still change
+constexpr double kJump = 4;              // usual errors: ground truth that is farther off jumps, unless wheels slip,
+constexpr double kSlip = 0.2;            // by this share of how far they roll
+constexpr double kGrid = 5e-3;           // s, of simulated poses
 constexpr int kReplicas = 4;             // where angles are unknown
 constexpr double kPrior = 20;            // steps: sigma of the start's parameters, which records hardly leave as it is
 constexpr double kMaxUnexplained = 0.5;  // share of a record's motion
@@ -64,29 +64,32 @@ class WheelCubics : public WheelMotion {
   const std::vector<Wheels>&phi_, &dphi_;
 };
 
-/// A record's wheels, and the windows at whose ends poses are compared.
+/// A base's poses over time, s by the encoders' clock.
+struct Path {
+  std::vector<double> t;
+  std::vector<Eigen::Vector3d> poses;
+};
+
+/// A record's wheels, and the windows at whose ends poses are compared, by the clock of ground truth: its noise must
+/// not change with what is tried as the clock.
 struct Track {
-  const DriveRecord* record;
   std::vector<int> windows;  // their numbers; window i ends at end_of(i)
   int jumps = 0;             // windows that are left out, for ground truth jumps there
+  bool all_driven = false;   // all directions: after forward motion alone, other angles of the rollers fit as well
 };
 
 double end_of(int window) { return window * kWindow; }
 
 Track track_of(const DriveRecord& record) {
-  Track track{&record, {}};
-  const auto is_measured = [&](double t) {
-    return record.is_tracked(t) && record.is_tracked(t - kMargin) && record.is_tracked(t + kMargin) &&
-           !record.is_excluded(t);
-  };
+  Track track;
+  const auto is_measured = [&](double t) { return record.is_tracked(t) && !record.is_excluded(t); };
   for (int i = 1; end_of(i) < record.duration(); ++i) {
     if (is_measured(end_of(i)) && is_measured(end_of(i - 1))) track.windows.push_back(i);
   }
   return track;
 }
 
-/// How far a base comes in the track's windows whose pose at a time is known, if it is asked for one time after
-/// another.
+/// How far a base comes in the track's windows; `pose` is asked for one time after another.
 template <class Pose>
 Displacements displacements(const Track& track, const Pose& pose) {
   Displacements moved;
@@ -101,22 +104,24 @@ Displacements displacements(const Track& track, const Pose& pose) {
   return moved;
 }
 
-/// Those of wheels that roll as they are read.
-Displacements rolled(const Track& track, const RobotParameters& robot) {
-  const DriveRecord& record = *track.record;
-  WheelOdometry odometry(DriverKinematics::of(robot), record.phi.front());
-  Displacements poses;
-  for (const Wheels& phi : record.phi) {
-    odometry.update(phi);
-    poses.push_back(odometry.pose());
-  }
-  return displacements(track, [&](double t) { return interpolated(record.t, poses, t); });
+Displacements displacements(const Track& track, const Path& path, const ClockMap& clock) {
+  return displacements(track, [&](double t) { return interpolated(path.t, path.poses, clock.encoders(t)); });
 }
 
-/// Those of a base with wheels at the readings plus `ahead` (rad).
-Displacements simulated(Scene scene, const Track& track, const Wheels& ahead, bool softly, double resolution,
-                        const std::atomic<bool>* stop) {
-  const DriveRecord& record = *track.record;
+/// Where wheels roll that turn as they are read.
+Path rolled(const DriveRecord& record, const RobotParameters& robot) {
+  WheelOdometry odometry(DriverKinematics::of(robot), record.phi.front());
+  Path path{record.t, {}};
+  for (const Wheels& phi : record.phi) {
+    odometry.update(phi);
+    path.poses.push_back(odometry.pose());
+  }
+  return path;
+}
+
+/// Where a base goes with wheels at the readings plus `ahead` (rad).
+Path simulated(Scene scene, const DriveRecord& record, const Wheels& ahead, bool softly, double resolution,
+               const std::atomic<bool>* stop) {
   std::shared_ptr<const WheelMotion> motion;
   if (record.rates_from_angles) {
     motion = std::make_shared<WheelSpline>(WheelTable{record.t, record.phi}, resolution);
@@ -127,12 +132,15 @@ Displacements simulated(Scene scene, const Track& track, const Wheels& ahead, bo
   scene.solver.absolute_tolerance = 1e-8;
   Replay replay(std::move(scene), motion, ahead, softly);
   if (stop) replay.stop_on(*stop);
-  return displacements(track, [&](double t) -> Eigen::Vector3d {
-    replay.advance_to(t);
+  Path path;
+  for (int k = 0; (k - 1) * kGrid < record.duration(); ++k) {
+    path.t.push_back(k * kGrid);
+    replay.advance_to(path.t.back());
     replay.drop_switches();
     const State& x = replay.simulation().state();
-    return {x.x(), x.y(), x.psi()};
-  });
+    path.poses.emplace_back(x.x(), x.y(), x.psi());
+  }
+  return path;
 }
 
 /// The motion of a candidate's base in all windows of all records, as rows: X, Y, yaw of each. What a tracker adds to
@@ -163,9 +171,10 @@ class EncoderComparison : public Comparison {
 
  private:
   void leave_out_jumps(const Candidate& candidate);
-  void check(const Candidate& candidate) const;
+  void check(const Candidate& candidate);
   double spread(const Eigen::VectorXd& off, int mode, int count) const;
-  Eigen::VectorXd truth(const std::vector<ClockMap>& clocks) const;
+  Eigen::VectorXd truth() const;
+  Eigen::VectorXd by_wheels(const Candidate& candidate) const;
   Eigen::VectorXd uncorrelated(Eigen::VectorXd off, double limit = HUGE_VAL) const;
   Eigen::VectorXd errors(const Eigen::VectorXd& off) const { return uncorrelated(off, kJump).unaryExpr(&robust); }
   template <class Of>
@@ -209,50 +218,56 @@ Eigen::VectorXd EncoderComparison::all_rows(const Of& displacements_of) const {
   return Eigen::Map<Eigen::VectorXd>(rows.data(), static_cast<Eigen::Index>(rows.size()));
 }
 
-Eigen::VectorXd EncoderComparison::truth(const std::vector<ClockMap>& clocks) const {
+Eigen::VectorXd EncoderComparison::truth() const {
+  return all_rows(
+      [&](std::size_t r) { return displacements(tracks_[r], [&](double t) { return records_[r].truth_at(t); }); });
+}
+
+Eigen::VectorXd EncoderComparison::by_wheels(const Candidate& candidate) const {
   return all_rows([&](std::size_t r) {
-    return displacements(tracks_[r], [&](double t) { return records_[r].truth_at(clocks[r](t)); });
+    return displacements(tracks_[r], rolled(records_[r], candidate.scene.robot), candidate.clocks[r]);
   });
 }
 
 Eigen::MatrixXd EncoderComparison::off(const std::vector<Candidate>& candidates) const {
+  using Key = std::vector<double>;  // what a run depends on: clocks change none
   struct Run {
     const Candidate* candidate;
     std::size_t record;
-    Displacements moved;
+    std::vector<Path> paths;  // one, or replicas
   };
-  std::vector<Run> runs;
-  std::map<std::vector<double>, std::size_t> run_of;  // by what it depends on: clocks change none
-  std::vector<std::vector<std::size_t>> numbers;
+  const auto key_of = [](const Candidate& candidate, std::size_t record) {
+    Key key = {static_cast<double>(record)};
+    for (const Parameter& p : encoder_parameters()) key.push_back(p.get(candidate.scene));
+    if (!candidate.phi.empty()) key.insert(key.end(), candidate.phi[record].begin(), candidate.phi[record].end());
+    return key;
+  };
+  std::map<Key, Run> runs;
   for (const Candidate& candidate : candidates) {
-    numbers.emplace_back();
-    for (std::size_t r = 0; r < records_.size(); ++r) {
-      std::vector<double> key = {static_cast<double>(r)};
-      for (const Parameter& p : encoder_parameters()) key.push_back(p.get(candidate.scene));
-      if (!candidate.phi.empty()) key.insert(key.end(), candidate.phi[r].begin(), candidate.phi[r].end());
-      const auto [place, is_new] = run_of.try_emplace(key, runs.size());
-      if (is_new) runs.push_back({&candidate, r, {}});
-      numbers.back().push_back(place->second);
-    }
+    for (std::size_t r = 0; r < records_.size(); ++r) runs.try_emplace(key_of(candidate, r), Run{&candidate, r, {}});
   }
   settings_.workers.share(runs.size(), [&](std::size_t k) {
-    Run& run = runs[k];
-    const Track& track = tracks_[run.record];
+    Run& run = std::next(runs.begin(), static_cast<std::ptrdiff_t>(k))->second;
     const Candidate& candidate = *run.candidate;
-    const int replicas = candidate.phi.empty() ? kReplicas : 1;
-    run.moved.assign(track.windows.size(), Eigen::Vector3d::Zero());
-    for (int i = 0; i < replicas; ++i) {
-      const Wheels ahead =
-          candidate.phi.empty() ? spread_angles(i, candidate.scene.robot.rollers) : candidate.phi[run.record];
-      const Displacements moved =
-          simulated(candidate.scene, track, ahead, candidate.phi.empty(), settings_.resolution, settings_.workers.stop);
-      for (std::size_t w = 0; w < moved.size(); ++w) run.moved[w] += moved[w] / replicas;
+    const bool softly = candidate.phi.empty();
+    for (int i = 0; i < (softly ? kReplicas : 1); ++i) {
+      const Wheels ahead = softly ? spread_angles(i, candidate.scene.robot.rollers) : candidate.phi[run.record];
+      run.paths.push_back(simulated(candidate.scene, records_[run.record], ahead, softly, settings_.resolution,
+                                    settings_.workers.stop));
     }
   });
   Eigen::MatrixXd off(rows(), candidates.size());
   for (std::size_t k = 0; k < candidates.size(); ++k) {
-    const auto moved = [&](std::size_t r) -> const Displacements& { return runs[numbers[k][r]].moved; };
-    off.col(static_cast<Eigen::Index>(k)) = truth(candidates[k].clocks) - all_rows(moved);
+    const auto moved = [&](std::size_t r) {
+      const std::vector<Path>& paths = runs.at(key_of(candidates[k], r)).paths;
+      Displacements mean(tracks_[r].windows.size(), Eigen::Vector3d::Zero());
+      for (const Path& path : paths) {
+        const Displacements one = displacements(tracks_[r], path, candidates[k].clocks[r]);
+        for (std::size_t w = 0; w < one.size(); ++w) mean[w] += one[w] / static_cast<double>(paths.size());
+      }
+      return mean;
+    };
+    off.col(static_cast<Eigen::Index>(k)) = truth() - all_rows(moved);
   }
   return off;
 }
@@ -276,33 +291,32 @@ double median_ratio(std::vector<std::pair<double, double>> ratios) {
 }
 
 Eigen::VectorXd EncoderComparison::off_by_kinematics(const Candidate& candidate) const {
-  const Eigen::VectorXd moved = truth(candidate.clocks);
-  Eigen::VectorXd by_wheels = all_rows([&](std::size_t r) { return rolled(tracks_[r], candidate.scene.robot); });
-  const Eigen::VectorXd x = uncorrelated(moved), y = uncorrelated(by_wheels);
+  const Eigen::VectorXd moved = truth();
+  Eigen::VectorXd rolled = by_wheels(candidate);
+  const Eigen::VectorXd x = uncorrelated(moved), y = uncorrelated(rolled);
   for (int c = 0; c < 3; ++c) {
     std::vector<std::pair<double, double>> ratios;
     for (Eigen::Index row = c; row < y.size(); row += 3) {
       if (y[row] != 0) ratios.emplace_back(x[row] / y[row], std::abs(y[row]));
     }
-    by_wheels(Eigen::seq(c, Eigen::last, 3)) *= median_ratio(std::move(ratios));
+    rolled(Eigen::seq(c, Eigen::last, 3)) *= median_ratio(std::move(ratios));
   }
-  return moved - by_wheels;
+  return moved - rolled;
 }
 
-/// Slip is no jump: it makes the base be off by as much as its wheels roll, at most.
 void EncoderComparison::leave_out_jumps(const Candidate& candidate) {
-  const Eigen::VectorXd off = off_by_kinematics(candidate);
+  const Eigen::VectorXd off = off_by_kinematics(candidate), rolled = by_wheels(candidate);
   const double lever = Rolling(candidate.scene.robot).lever();
   Eigen::Array3d usual;
   for (int c = 0; c < 3; ++c) usual[c] = std::sqrt(spread(off, c, 1));
   Eigen::Index row = 0;
   for (Track& track : tracks_) {
     std::vector<int> windows;
-    const Displacements by_wheels = rolled(track, candidate.scene.robot);
-    for (std::size_t k = 0; k < track.windows.size(); ++k, row += 3) {
-      const double way = (by_wheels[k].array() * Eigen::Array3d(1, 1, lever)).matrix().norm();
-      const Eigen::Array3d most = kJump * usual + way / Eigen::Array3d(1, 1, lever);
-      if ((off.segment<3>(row).array().abs() <= most).all()) windows.push_back(track.windows[k]);
+    for (const int window : track.windows) {
+      const Eigen::Array3d arms(1, 1, lever), way = rolled.segment<3>(row).array() * arms;
+      if ((off.segment<3>(row).array().abs() <= kJump * usual + kSlip * way.matrix().norm() / arms).all())
+        windows.push_back(window);
+      row += 3;
     }
     track.jumps = static_cast<int>(track.windows.size() - windows.size());
     track.windows = std::move(windows);
@@ -345,22 +359,25 @@ Eigen::VectorXd EncoderComparison::uncorrelated(Eigen::VectorXd off, double limi
   return off;
 }
 
-void EncoderComparison::check(const Candidate& candidate) const {
+void EncoderComparison::check(const Candidate& candidate) {
   const double lever = Rolling(candidate.scene.robot).lever();
-  const Eigen::VectorXd moved = uncorrelated(truth(candidate.clocks)), off = uncorrelated(off_by_kinematics(candidate));
+  const Eigen::VectorXd moved = uncorrelated(truth()), off = uncorrelated(off_by_kinematics(candidate));
+  const Eigen::VectorXd rolled = by_wheels(candidate);
   Eigen::Index begin = 0;
   for (std::size_t r = 0; r < records_.size(); ++r) {
-    Eigen::Array3d way = Eigen::Array3d::Zero();
-    for (const Eigen::Vector3d& d : rolled(tracks_[r], candidate.scene.robot))
-      way += d.array().abs() * Eigen::Array3d(1, 1, lever);
+    Eigen::Array3d way, unexplained;
     for (int c = 0; c < 3; ++c) {
       const auto rows = Eigen::seqN(begin + c, tracks_[r].windows.size(), 3);
-      const double unexplained = off(rows).lpNorm<1>() / moved(rows).lpNorm<1>();
-      if (way[c] < kDriven * way.sum() || unexplained <= kMaxUnexplained) continue;
+      way[c] = rolled(rows).lpNorm<1>() * (c == 2 ? lever : 1);
+      unexplained[c] = off(rows).lpNorm<1>() / moved(rows).lpNorm<1>();
+    }
+    tracks_[r].all_driven = (way >= kDriven * way.sum()).all();
+    for (int c = 0; c < 3; ++c) {
+      if (way[c] < kDriven * way.sum() || unexplained[c] <= kMaxUnexplained) continue;
       throw UnusableRecord(fmt::format(
           "{}: its ground truth does not fit the wheels' motion: {:.0f} % of it ({}) stays unexplained; must be at "
           "most {:.0f} %: are --joints, their signs and --scene those of this base?",
-          records_[r].name, 100 * unexplained, kDirections[c], 100 * kMaxUnexplained));
+          records_[r].name, 100 * unexplained[c], kDirections[c], 100 * kMaxUnexplained));
     }
     begin += 3 * static_cast<Eigen::Index>(tracks_[r].windows.size());
   }
@@ -398,14 +415,14 @@ void report_records(const std::vector<DriveRecord>& records, const EncoderCompar
     drive.jumps = comparison.track(r).jumps;
     if (!fit.best.phi.empty()) {
       const Wheels off = fit.sigma.segment<kWheels>(static_cast<Eigen::Index>(all.angles_of(r))).array() * kAngleStep;
-      if ((off < pitch / std::sqrt(12)).all()) {  // of any angle within a roller
+      // A roller's angle that is anywhere has this sigma.
+      if (comparison.track(r).all_driven && (off < pitch / std::sqrt(12)).all()) {
         drive.angles_at_zero = fit.best.phi[r] - pitch * (fit.best.phi[r] / pitch).round();
         drive.angles_sigma = off;
       } else {
         fit.unidentifiable.push_back(
-            fmt::format("{}: which rollers touch the floor where the encoders read zero (sigma {:.2g} rad); drive "
-                        "laterally and in yaw",
-                        records[r].name, off.maxCoeff()));
+            fmt::format("{}: which rollers touch the floor where the encoders read zero; drive laterally and in yaw",
+                        records[r].name));
       }
     }
     fit.drives.push_back(drive);

@@ -70,10 +70,8 @@ Eigen::VectorXd minimize_squares(const Residuals& residuals, Eigen::Index rows, 
   return x;
 }
 
-Eigen::VectorXd solve_least_squares(const Eigen::MatrixXd& A, const Eigen::VectorXd& b, double threshold) {
-  Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd> decomposition;
-  if (threshold > 0) decomposition.setThreshold(threshold);
-  return decomposition.compute(A).solve(b);
+Eigen::VectorXd solve_least_squares(const Eigen::MatrixXd& A, const Eigen::VectorXd& b) {
+  return Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd>(A).solve(b);
 }
 
 Eigen::MatrixXd normal_matrix(const Eigen::MatrixXd& jacobian) { return jacobian.transpose() * jacobian; }

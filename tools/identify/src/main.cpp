@@ -151,8 +151,8 @@ int run(const std::string& program, const Arguments& arguments, const Scene& sta
       share < 1 ? progress.draw(share, fmt::format("{:.0f} %", 100 * share)) : progress.clear();
     };
     if (arguments.encoders) {
-      const EncoderFit result = fit_encoders(
-          start, records, {arguments.resolution, !arguments.unknown_angles, settings.workers, settings.progress});
+      const EncoderFit result =
+          fit_encoders(start, records, {settings, arguments.resolution, !arguments.unknown_angles});
       write_results(arguments, start, first, findings, report(start, records, result), result, angle_table(first));
     } else {
       const Fit result = fit(start, records, findings, settings);

@@ -76,7 +76,9 @@ void eliminate(const Comparison& comparison, const Scene& start, Trial& trial, s
         p.name(), p.get(trial.candidate.scene), p.unit, error, comparison.held_out_error(residuals), p.drive));
     put_back(trial, start, *best, there, residuals);
   }
-  if (trial.free.size() < all) minimize(comparison, trial);
+  if (trial.free.size() == all) return;
+  minimize(comparison, trial);
+  eliminate(comparison, start, trial, lines);  // the others may be missed less now
 }
 
 /// Held-out errors without each free parameter.

@@ -6,8 +6,6 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
-#include <cmath>
-
 #include "errors.h"
 #include "temporary_folder.h"
 #include "twin.h"
@@ -27,7 +25,7 @@ const std::vector<Command> kDrive = {{0.5, {0, 0, 0}},       {2.6, {0.3, 0.1, 0}
 /// The record of a twin whose ground truth has a clock of its own.
 DriveRecord record_of(const Twin& twin, const std::vector<Command>& programme, const ClockMap& clock = {}) {
   DriveRecord record = twin.drive(programme);
-  for (double& t : record.truth_t) t = clock(t);
+  for (double& t : record.truth_t) t = (1 + clock.stretch) * t + clock.offset;
   record.max_truth_step = 0.1;
   return record;
 }
@@ -75,16 +73,30 @@ TEST(EncoderTwinTest, IsFoundAgain) {
 }
 
 TEST(EncoderTwinTest, WithoutAnglesFitsTheMean) {
-  EncoderFitSettings settings;
-  settings.find_angles = false;
-  const EncoderFit fit = fit_encoders(measured_base(), {record_of(twin_of(4), kDrive)}, settings);
+  const EncoderFit fit = fit_encoders(measured_base(), {record_of(twin_of(4), kDrive)}, {{}, 0, false});
   EXPECT_FALSE(fit.drives.front().angles_at_zero);
   EXPECT_EQ(fit.error_after, fit.error_unknown);
   EXPECT_LT(fit.error_after, fit.error_kinematics);
   EXPECT_NEAR(fit.best.scene.robot.R, 0.0508, 3e-4);
 }
 
-// Wheels that roll forward tell their radius alone: neither rollers, nor the track, nor where rollers stood.
+// A tracker of little worth: noise of 3 mm and 10 mrad, and headings that jump by up to 0.3 rad, a tenth of the time.
+TEST(EncoderTwinTest, TrackersMayBeNoisyAndJump) {
+  DriveRecord record = record_of(twin_of(5), kDrive);
+  std::mt19937_64 random(5);
+  std::normal_distribution<double> normal;
+  for (std::size_t k = 0; k < record.truth.size(); ++k) {
+    const double jump = k % 100 < 10 ? 0.3 * std::cos(static_cast<double>(k / 100)) : 0;
+    record.truth[k] += Eigen::Vector3d(3e-3 * normal(random), 3e-3 * normal(random), 0.01 * normal(random) + jump);
+  }
+  const EncoderFit fit = fit_encoders(measured_base(), {record}, {{}, 0, false});
+  EXPECT_GT(fit.drives.front().jumps, 20);
+  ASSERT_EQ(fit.numbers.front().parameter->name(), "robot.wheel_radius");
+  EXPECT_NEAR(fit.best.scene.robot.R, 0.0508, 3 * fit.numbers.front().sigma);
+  EXPECT_LT(fit.numbers.front().sigma, 1e-4);
+}
+
+// Wheels that roll forward tell their radius: neither friction of rollers, nor the track, nor where rollers stood.
 TEST(EncoderTwinTest, ForwardMotionNamesWhatItDoesNotTell) {
   std::vector<Command> forward = {{0.5, {0, 0, 0}}};
   for (const double speed : {0.3, -0.2, 0.35, -0.3, 0.15, -0.35, 0.25, -0.1}) forward.push_back({2.9, {speed, 0, 0}});
@@ -92,11 +104,13 @@ TEST(EncoderTwinTest, ForwardMotionNamesWhatItDoesNotTell) {
   EXPECT_NEAR(fit.best.scene.robot.R, 0.0508, 1e-4);
   EXPECT_FALSE(fit.drives.front().angles_at_zero);
   const std::string named = fmt::format("{}", fmt::join(fit.unidentifiable, "\n"));
-  for (const char* name : {"robot.half_track: ", "robot.roller_dry_friction: ", "robot.com_X: ", "robot.com_Y: ",
-                           "floor.spin_radius: ", "twin: which rollers touch the floor where the encoders read zero"}) {
+  for (const char* name : {"robot.roller_dry_friction: ", "robot.com_X: ", "robot.com_Y: ", "floor.spin_radius: ",
+                           "twin: which rollers touch the floor where the encoders read zero"}) {
     EXPECT_NE(named.find(name), std::string::npos) << name << named;
   }
-  EXPECT_EQ(fit.best.scene.robot.l, measured_base().robot.l);
+  for (const Fit::Number& number : fit.numbers) {  // noise in what is held out may keep it: its sigma says so
+    EXPECT_TRUE(number.parameter->name() != "robot.half_track" || number.sigma > 0.01) << number.sigma;
+  }
   EXPECT_EQ(fit.best.scene.robot.roller_dry_friction[0], measured_base().robot.roller_dry_friction[0]);
 }
 
@@ -126,7 +140,7 @@ TEST(EncoderFitTest, ItsSceneCanBeSimulated) {
 TEST(EncoderFitTest, RefusesWhatItCannotFit) {
   const DriveRecord good =
       record_of(twin_of(6), {{1, {0, 0, 0}}, {3, {0.2, 0.1, 0.3}}, {3, {0, 0.2, -0.3}}, {2, {0, 0, 0}}});
-  EXPECT_EQ(refusal(good), "twin: 8.0 s of readings with ground truth; must be at least 15 s");
+  EXPECT_EQ(refusal(good), "twin: 9.0 s of readings with ground truth; must be at least 15 s");
   DriveRecord blind = good;
   blind.truth.clear();
   blind.truth_t.clear();

@@ -3,7 +3,9 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <tuple>
 
 #include "twin.h"
 #include "youbot_base_sim/identify/first_guess.h"
@@ -40,10 +42,8 @@ DriveRecord cut_drive(int begin, int end) {
 }
 
 bool named(const std::vector<std::string>& findings, const std::string& words) {
-  for (const std::string& line : findings) {
-    if (line.find(words) != std::string::npos) return true;
-  }
-  return false;
+  const auto has_words = [&](const std::string& line) { return line.find(words) != std::string::npos; };
+  return std::any_of(findings.begin(), findings.end(), has_words);
 }
 
 double share_off(double found, double expected) { return std::abs(found / expected - 1); }
@@ -53,25 +53,18 @@ void expect_found(const Fit& fitted, const Scene& robot, const char* key, double
       << key << ": " << value(fitted.best.scene, key) << " in place of " << value(robot, key);
 }
 
-// The share of what a wheel needs at 4 rad/s, or a roller at 15 rad/s, that does not depend on its rate.
-double dry_share(double dry, double viscous, double rate) { return dry / (dry + viscous * rate); }
-
 /// Expects what the limits of identify promise of the motors, friction and the wheels' inertia.
 void expect_drives_found(const Fit& fitted, const Scene& robot) {
-  constexpr double kWheelRate = 4, kRollerRate = 15;  // rad/s
   expect_found(fitted, robot, "velocity_proportional_gain", 0.1);
   expect_found(fitted, robot, "velocity_integral_gain", 0.1);
   expect_found(fitted, robot, "wheel_inertia", 0.25);
-  struct Friction {
-    const char *dry, *viscous;
-    double rate;
-  };
-  for (const Friction& f : {Friction{"dry_friction", "wheel_damping", kWheelRate},
-                            Friction{"roller_dry_friction", "roller_damping", kRollerRate}}) {
-    const double dry = value(fitted.best.scene, f.dry), viscous = value(fitted.best.scene, f.viscous);
-    const double true_dry = value(robot, f.dry), true_viscous = value(robot, f.viscous);
-    EXPECT_LT(share_off(dry + viscous * f.rate, true_dry + true_viscous * f.rate), 0.1) << f.dry;
-    EXPECT_LT(share_off(dry_share(dry, viscous, f.rate), dry_share(true_dry, true_viscous, f.rate)), 0.25) << f.dry;
+  // What a wheel needs at 4 rad/s, or a roller at 15 rad/s, and the share of it that does not depend on the rate.
+  for (const auto& [dry, viscous, rate] :
+       {std::tuple{"dry_friction", "wheel_damping", 4.0}, std::tuple{"roller_dry_friction", "roller_damping", 15.0}}) {
+    const double found = value(fitted.best.scene, dry), all = found + value(fitted.best.scene, viscous) * rate;
+    const double true_dry = value(robot, dry), true_all = true_dry + value(robot, viscous) * rate;
+    EXPECT_LT(share_off(all, true_all), 0.1) << dry;
+    EXPECT_LT(share_off(found / all, true_dry / true_all), 0.25) << dry;
   }
 }
 
@@ -159,9 +152,8 @@ TEST(EqualTwinTest, StaysAsItIs) {
 TEST(FindAngles, FindsThoseOfAllWheels) {
   for (const unsigned seed : {1u, 2u, 3u}) {
     const Twin twin = twin_of(seed);
-    const DriveRecord record = twin.drive(kDrive);
     Candidate candidate{twin.robot, {Wheels::Zero()}};
-    find_angles(candidate, {record}, {});
+    find_angles(candidate, {twin.drive(kDrive)}, {});
     const double roller = 2 * M_PI / twin.robot.robot.rollers;
     for (int i = 0; i < kWheels; ++i)
       EXPECT_NEAR(std::remainder(candidate.phi[0][i] - twin.start()[i], roller), 0, 0.03) << seed << kWheelNames[i];

@@ -9,7 +9,6 @@
 #include <set>
 
 #include "temporary_folder.h"
-#include "youbot_base_sim/sweep/quantities.h"
 
 namespace youbot_base_sim {
 namespace {
@@ -173,13 +172,6 @@ TEST(Families, OfTheDocumentsAreAccepted) {
   family.resize(family.find("```"));
   family.replace(family.find(scenes), scenes.size(), "scene: " YOUBOT_BASE_SIM_SOURCE_DIR "/config/scenes");
   EXPECT_EQ(load_family(folder.write("family.yaml", family)).runs(), 3000u);
-}
-
-TEST(Quantities, AreInTheDocuments) {
-  const std::string text = document();
-  for (const Quantity& quantity : quantities()) {
-    EXPECT_NE(text.find(std::string("`") + quantity.name + "`"), std::string::npos) << quantity.name;
-  }
 }
 
 }  // namespace

@@ -1,14 +1,9 @@
 #pragma once
 
-#include <Eigen/Dense>
-#include <functional>
 #include <optional>
-#include <string>
 #include <vector>
 
-#include "youbot_base_sim/identify/drive_record.h"
-#include "youbot_base_sim/identify/forward_model.h"
-#include "youbot_base_sim/identify/trial.h"
+#include "youbot_base_sim/identify/fit.h"
 
 namespace youbot_base_sim {
 
@@ -26,11 +21,9 @@ struct EncoderFit : Fit {
   double error_unknown = 0;     ///< by the fitted parameters, as a mean over where the rollers may stand
 };
 
-struct EncoderFitSettings {
+struct EncoderFitSettings : FitSettings {
   double resolution = 0;    ///< of encoders without rates, rad: see WheelSpline
   bool find_angles = true;  ///< false: for a mean over where the rollers may stand, as of SlipOdometry's replicas
-  Workers workers;
-  std::function<void(double share)> progress = [](double) {};  ///< called now and then with what is done, 0 to 1
 };
 
 /// Fits `encoder_parameters()`, the clock of each record and where its rollers stood to the records' poses, along which

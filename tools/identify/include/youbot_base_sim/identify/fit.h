@@ -1,6 +1,5 @@
 #pragma once
 
-#include <Eigen/Dense>
 #include <functional>
 #include <string>
 #include <vector>

@@ -20,8 +20,8 @@ double robust(double residual);
 Eigen::VectorXd minimize_squares(const Residuals& residuals, Eigen::Index rows, Eigen::VectorXd x,
                                  const Eigen::VectorXd& min, const Eigen::VectorXd& max);
 
-/// The shortest x that minimizes |A x - b|. Pivots below `threshold` times the largest are zero; 0: for rounding.
-Eigen::VectorXd solve_least_squares(const Eigen::MatrixXd& A, const Eigen::VectorXd& b, double threshold = 0);
+/// The shortest x that minimizes |A x - b|.
+Eigen::VectorXd solve_least_squares(const Eigen::MatrixXd& A, const Eigen::VectorXd& b);
 
 /// J^T J.
 Eigen::MatrixXd normal_matrix(const Eigen::MatrixXd& jacobian);

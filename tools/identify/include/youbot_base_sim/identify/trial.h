@@ -16,7 +16,8 @@ struct ClockMap {
   double offset = 0;   ///< s, at the first reading
   double stretch = 0;  ///< s of ground truth for one of the encoders, less 1
 
-  double operator()(double t) const { return (1 + stretch) * t + offset; }
+  /// The encoders' instant of one of ground truth.
+  double encoders(double truth) const { return (truth - offset) / (1 + stretch); }
 };
 
 /// A scene that may be that of the records.
