@@ -201,8 +201,9 @@ EncoderComparison::EncoderComparison(const std::vector<DriveRecord>& records, co
     }
   }
   if (rows() < kMinRows || held_out().empty()) {
+    const auto windows = rows() / 3;
     throw UnusableRecord(fmt::format("{}: {:.1f} s of readings with ground truth; must be at least 15 s",
-                                     records.front().name, kWindow * static_cast<double>(rows() / 3)));
+                                     records.front().name, kWindow * static_cast<double>(windows)));
   }
   for (int k = 0; k < 2; ++k) expect(off_by_kinematics(start));
   check(start);
