@@ -122,7 +122,7 @@ class Runs {
   }
 
   void set_points(const py::object& mode_name, const py::object& values) {
-    const std::string name = py::repr(mode_name).cast<std::string>();
+    const auto name = py::repr(mode_name).cast<std::string>();
     const bool tracks = name == "'velocity'", exerts = name == "'torque'";
     if (!tracks && !exerts && name != "'off'")
       throw py::value_error(fmt::format("mode = {}: must be 'off', 'torque' or 'velocity'", quote(name)));
