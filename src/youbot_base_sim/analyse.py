@@ -50,10 +50,10 @@ def analyse(path, base, desired, arguments, tables, plots):
     if missing:
         print_section("Not computed", missing)
     if tables:
-        write_all(tables, csv_files(sections))
+        write_all(tables, csv_files(sections), ".csv")
     pictures = png_files(sections, Path(path).name) if plots or arguments.html else {}
     if plots:
-        write_all(plots, pictures)
+        write_all(plots, pictures, ".png")
     return page.article(Path(path).name, [("What was read", lines_read, None), *(
         (section.title, section.lines, pictures.get(section.name + ".png")) for section in sections),
         *([("Not computed", missing, None)] if missing else [])])
@@ -78,10 +78,12 @@ def png_files(sections, name):
     return files
 
 
-def write_all(folder, files):
+def write_all(folder, files, ending):
     for name, content in files.items():
         write_whole(folder / name, content)
     print(f"{shown(folder)}: {', '.join(files) or 'nothing to write'}")
+    if older := sorted(set(file_names(SECTIONS, ending)) & {path.name for path in folder.iterdir()} - set(files)):
+        complain("analyse", f"warning: {shown(folder)}: from an earlier run: {', '.join(older)}")
 
 
 def file_names(sections, ending):

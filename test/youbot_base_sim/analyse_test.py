@@ -632,6 +632,13 @@ class AnalyseTest(RunsAnalyse):
             self.assertEqual(os.stat(table).st_mode & 0o777, 0o640)
             self.assertEqual(sorted(os.listdir(folder)), ["pipe", "table"])
 
+    def test_files_of_an_earlier_run_are_named(self):
+        folder = self.path("earlier")
+        self.analyse(self.slipping, "--csv", folder)
+        self.assertEqual(self.err, "")
+        self.analyse(self.slipping, "--csv", folder, "--only", "odometry")
+        self.one_line("warning: ", "energy.csv", "from an earlier run")
+
     def test_columns_have_units(self):
         for name in os.listdir(self.path("known")):
             if name == "summary.csv":
