@@ -257,7 +257,7 @@ Eigen::MatrixXd EncoderComparison::off(const std::vector<Candidate>& candidates)
                                     settings_.workers.stop));
     }
   });
-  Eigen::MatrixXd off(rows(), candidates.size());
+  Eigen::MatrixXd off = truth().replicate(1, static_cast<Eigen::Index>(candidates.size()));
   for (std::size_t k = 0; k < candidates.size(); ++k) {
     const auto moved = [&](std::size_t r) {
       const std::vector<Path>& paths = runs.at(key_of(candidates[k], r)).paths;
@@ -268,7 +268,7 @@ Eigen::MatrixXd EncoderComparison::off(const std::vector<Candidate>& candidates)
       }
       return mean;
     };
-    off.col(static_cast<Eigen::Index>(k)) = truth() - all_rows(moved);
+    off.col(static_cast<Eigen::Index>(k)) -= all_rows(moved);
   }
   return off;
 }
