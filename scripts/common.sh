@@ -12,22 +12,28 @@ accept() {
   for argument in "${@:2}"; do [[ $argument =~ ^($1)$ ]] || refuse "$argument: unknown argument; see --help"; done
 }
 
-# Reads the output of CMake or, with APT::Status-Fd=1, of apt. In a terminal it shows what is done, how much of it, for how
-# long and for how long still; in a pipe nothing.
+# Reads the output of CMake or, with APT::Status-Fd=1, of apt. In a terminal it shows each second what is done, how much of
+# it, for how long and for how long still; in a pipe nothing.
 show_progress() {
-  local line step shown='' start left
-  while IFS= read -r line; do
-    case $line in
-      \[*) step=building ;;
-      dlstatus:*) step=downloading ;;
-      pmstatus:*) step=installing ;;
-      *) continue ;;
-    esac
-    [[ -t 1 && $line =~ ^(\[\ *|[dp][lm]status:[^:]*:)([0-9]+) ]] || continue
-    [ "$step" = "$shown" ] || { start=$SECONDS; echo; }
-    shown=$step
-    left=$(((SECONDS - start) * (100 - BASH_REMATCH[2]) / (BASH_REMATCH[2] + 1)))
-    printf '\r\033[K%s: %d %%, %d s, about %d s more' "$step" "${BASH_REMATCH[2]}" $((SECONDS - start)) $left
+  local piece line='' status step shown='' percent start left=''
+  while IFS= read -r -t 1 piece && status=0 || { status=$? && [ $status -gt 128 ]; }; do
+    line+=$piece
+    if [ $status -eq 0 ]; then
+      if [ -t 1 ] && [[ $line =~ ^(\[\ *|[dp][lm]status:[^:]*:)([0-9]+) ]]; then
+        case $line in
+          \[*) step=building ;;
+          dlstatus:*) step=downloading ;;
+          *) step=installing ;;
+        esac
+        percent=${BASH_REMATCH[2]}
+        [ "$step" = "$shown" ] || { start=$SECONDS left='' && echo; }
+        shown=$step
+        [ $((SECONDS - start)) -lt 5 ] ||
+          left=", about $(((SECONDS - start) * (100 - percent) / (percent + 1))) s more"
+      fi
+      line=''
+    fi
+    [ -z "$shown" ] || printf '\r\033[K%s: %d %%, %d s%s' "$shown" "$percent" $((SECONDS - start)) "$left"
   done
   [ -z "$shown" ] || echo
 }
