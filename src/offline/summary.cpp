@@ -130,6 +130,8 @@ std::string summary_text(const Simulation& simulation, double wall_time, const R
     if ((off > 0).any()) text += fmt::format("; off the floor, s: {}", named(off));
     text += "\n";
   }
+  if (simulation.scene().robot.dry_friction.isZero())
+    text += "note: drive trains without the dry friction of real bases: see robot.profile\n";
   if (std::isfinite(simulation.regularization_speed()) &&
       simulation.regularization_speed() > simulation.scene().floor.nu) {
     text += fmt::format(

@@ -13,11 +13,12 @@ namespace {
 
 struct Unit {
   const char* name;
-  double size;  // SI
+  double size;  // in the key's unit
 };
 constexpr Unit kMillimetre{"mm", 1e-3}, kCentimetre{"cm", 1e-2}, kGram{"g", 1e-3}, kMillisecond{"ms", 1e-3},
     kNewtonMillimetre{"N mm", 1e-3}, kNewtonCentimetre{"N cm", 1e-2}, kMillimetrePerSecond{"mm/s", 1e-3},
-    kDegree{"degrees", M_PI / 180}, kDegreePerSecond{"degrees/s", M_PI / 180};
+    kDegree{"degrees", M_PI / 180}, kDegreePerSecond{"degrees/s", M_PI / 180}, kRadian{"rad", 180 / M_PI},
+    kPercent{"%", 1e-2};
 
 /// Absolute values that a mobile base may have, besides 0, and the units in which others may be given by mistake.
 struct Plausible {
@@ -48,6 +49,10 @@ double largest_rate(const Scene& scene) {
   return rates ? largest(rates->table.values) : 0;
 }
 
+double roller_angle(const Scene& scene) { return scene.robot.roller_angle.abs().minCoeff(); }
+double speed(const Scene& scene) { return scene.initial.velocity().head<2>().norm(); }
+double command_delay(const Scene& scene) { return scene.motors.value_or(MotorSettings()).command_delay; }
+
 const std::vector<Plausible>& plausible_values() {
   using S = Scene;
   static const std::vector<Unit> lengths = {kMillimetre, kCentimetre};
@@ -56,24 +61,16 @@ const std::vector<Plausible>& plausible_values() {
       {"robot.roller_axis_radius", [](const S& s) { return s.robot.R_d; }, 0.003, 1, "m", lengths},
       {"robot.half_wheelbase", [](const S& s) { return s.robot.h; }, 0.02, 5, "m", lengths},
       {"robot.half_track", [](const S& s) { return s.robot.l; }, 0.02, 5, "m", lengths},
+      {"robot.roller_angle", &roller_angle, 5, 90, "degrees", {kRadian}},
       {"robot.body_mass", [](const S& s) { return s.robot.m; }, 0.1, 5000, "kg", {kGram}},
       {"robot.wheel_mass", [](const S& s) { return s.robot.m_1; }, 0.001, 100, "kg", {kGram}},
       {"initial.pose", [](const S& s) { return s.initial.psi(); }, 0, 6.3, "rad", {kDegree}},
       {"initial.twist", [](const S& s) { return s.initial.Omega(); }, 0, 15, "rad/s", {kDegreePerSecond}},
-      {"initial.twist",
-       [](const S& s) { return s.initial.velocity().head<2>().norm(); },
-       0,
-       20,
-       "m/s",
-       {kMillimetrePerSecond}},
+      {"initial.twist", &speed, 0, 20, "m/s", {kMillimetrePerSecond}},
+      {"floor.friction", [](const S& s) { return s.floor.f.maxCoeff(); }, 0, 3, "", {kPercent}},
       {"drive.torque", &largest_torque, 0, 15, "N m", {kNewtonMillimetre, kNewtonCentimetre}},
       {"drive.velocity_table", &largest_rate, 0, 60, "rad/s", {kDegreePerSecond}},
-      {"motors.command_delay",
-       [](const S& s) { return s.motors.value_or(MotorSettings()).command_delay; },
-       0,
-       3,
-       "s",
-       {kMillisecond}}};
+      {"motors.command_delay", &command_delay, 0, 3, "s", {kMillisecond}}};
   return table;
 }
 
@@ -84,8 +81,9 @@ void ask_about_units(const Scene& scene, std::vector<std::string>& found) {
     const auto fits = [min = min, max = max](double x) { return x == 0 || (x >= min && x <= max); };
     const auto meant = std::find_if(others.begin(), others.end(), [&](const Unit& u) { return fits(value * u.size); });
     if (fits(value) || meant == others.end()) continue;
-    found.push_back(fmt::format("{} has {:g} {}, where {:g} to {:g} {} are usual: is it in {}, {:.4g} {}?", key, value,
-                                unit, min, max, unit, meant->name, value * meant->size, unit));
+    const std::string of = *unit ? fmt::format(" {}", unit) : "";
+    found.push_back(fmt::format("{} has {:g}{}, where {:g} to {:g}{} are usual: is it in {}, {:.4g}{}?", key, value, of,
+                                min, max, of, meant->name, value * meant->size, of));
   }
 }
 

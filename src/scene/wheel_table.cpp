@@ -47,7 +47,7 @@ std::size_t count_cells(std::string_view line) {
 /// The columns of t, fl, fr, bl and br, in this order. The header is not quoted: the file `name` may be private.
 std::array<std::size_t, kColumns> columns_of(const std::string& name, std::string_view header) {
   const auto refuse = [&](const std::string& what) {
-    throw SceneError(fmt::format("{}:1: header: {}; must be {}, each once", name, what, kTableColumns));
+    throw SceneError(fmt::format("{}:1: header: {}; must be {}, each once, between commas", name, what, kTableColumns));
   };
   std::vector<std::string_view> cells(count_cells(header));
   for (std::string_view& cell : cells) cell = take_cell(header);
