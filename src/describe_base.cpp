@@ -27,11 +27,11 @@ struct Arguments {
 };
 
 const Usage kUsage = {"describe_base [SCENE.yaml] [options]",
-                      "Prints the URDF of the base that the scene simulates; without a scene, of the paper's robot.",
+                      "Prints the URDF of a scene's base (or --scene SCENE.yaml); without one, of the paper's robot.",
                       "",
                       "  describe_base > base.urdf\n"
                       "  describe_base my_scene.yaml --turning-rollers --meshes meshes > my_base.urdf\n"
-                      "  describe_base config/robots/ridgeback.yaml --kinematics\n"};
+                      "  describe_base config/robots/clearpath_ridgeback.yaml --kinematics\n"};
 
 /// Reads the command line; false if all that was wanted was help. Throws std::runtime_error.
 bool read_arguments(int argc, char** argv, Arguments& arguments) {

@@ -50,7 +50,7 @@ std::string method_help() {
 }
 
 const Usage kUsage = {"simulate SCENE.yaml [options]",
-                      "Simulates the scene and writes the files that the options name.",
+                      "Simulates the scene, or --scene SCENE.yaml, and writes the files that the options name.",
                       "\nA FILE appears when it is complete. A run that fails or is stopped leaves FILE.incomplete-*.\n"
                       "Exit status: 0 done, 2 rejected input, 1 the run could not be completed.\n",
                       "  simulate case2.yaml --csv case2.csv --summary case2.json\n"

@@ -151,8 +151,8 @@ void Spread::add(const Row& row) {
 
 std::string Spread::text() const {
   if (count_ == 0) return "";
-  std::string text =
-      fmt::format("{:<24}{:>13}{:>13}{:>13}{:>13}{:>13}\n", "", "minimum", "maximum", "spread", "mean", "deviation");
+  std::string text = fmt::format("{:<24}{:>13}{:>13}{:>13}{:>13}{:>13}\n", "(units: --help)", "minimum", "maximum",
+                                 "spread", "mean", "deviation");
   for (const Column& column : columns_) {
     const double deviation = count_ > 1 ? std::sqrt(column.squares / static_cast<double>(count_ - 1)) : 0;
     text += fmt::format("{:<24}{:>13.6g}{:>13.6g}{:>13.6g}{:>13.6g}{:>13.3g}\n", column.name, column.min, column.max,
