@@ -75,11 +75,11 @@ def main(argv=None):
     parser = Parser("draw_wheel", __doc__, "", "wheel.pdf")
     parser.add_argument("files", nargs="*", default=[ROOT / f"docs/images/wheel.{ending}" for ending in ("png", "svg")])
     files = parser.parse_args(argv).files
-    side, switch, above, turn = new_figure(figsize=(11, 8.4), constrained_layout=True).subplots(2, 2).flat
+    side, above, switch, turn = new_figure(figsize=(11, 8.4), constrained_layout=True).subplots(2, 2).flat
     draw_contact(side, above)
     draw_jumps(switch, turn)
     for axis, line, title in ((side, -R, "1. From the right: the blue roller stands on the floor at P"),
-                              (above, 0, r"2. The same from above: P lies $\Delta_Y$ beside the wheel's middle"),
+                              (above, 0, r"2. From above: P lies $\Delta_Y$ beside the wheel's middle"),
                               (switch, 0, "3. A roller switch from above: P jumps")):
         axis.set(aspect="equal", xlim=(-66, 66), ylim=(-60, 56), title=title, xticks=[], yticks=[], frame_on=False)
         axis.axhline(line, color=GREY, zorder=0)
