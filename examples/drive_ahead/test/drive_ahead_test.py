@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""The base ends one metre forward by odometry, which is 5 % short of the truth, as on the robot."""
+"""The base ends one metre forward by odometry, which is 5 % short of the truth, as the driver's is."""
 
 import sys
 import time
