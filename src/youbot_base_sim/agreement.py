@@ -5,7 +5,8 @@ import numpy as np
 
 from .base import WHEELS
 from .command_line import shown
-from .series import POSE
+from .ground_truth import RARE
+from .series import POSE, Series, differentiated
 
 PIECE = 0.5   # s, over which motions are compared
 SMALL = 0.05  # of the whole speed: the factor of a smaller part says nothing
@@ -26,14 +27,24 @@ def fit(true, source, k, base):
 
 
 def compared(record, name):
-    """Bounds of pieces, s, and V_X, V_Y and Omega of these by the wheels, or without them by odometry; None without
-    either."""
+    """Ends of pieces, s, and V_X, V_Y and Omega over these by the wheels, or without them by odometry; None without
+    either. Of ground truth that is rare, pieces end at its poses."""
     series, joints = (record.get(name, "x", "y") or record.get(name, *POSE[3:])), record.get("joint_states", "velocity")
     other = joints or (record.get("odom", *POSE[3:]) if name != "odom" else None)
-    t = np.arange(max(series.t[0], other.t[0]), min(series.t[-1], other.t[-1]), PIECE) if series and other else ()
+    if not series or not other:
+        return None
+    t = np.arange(max(series.t[0], other.t[0]), min(series.t[-1], other.t[-1]), PIECE)
+    if poses := rare_poses(record, name):
+        t = poses.t[(poses.t >= t[0]) & (poses.t <= t[-1]) & (np.diff(poses.t // PIECE, prepend=-1) > 0)]
     if len(t) < 3:
         return None
     return t, record.base.velocities(joints.means(t, "velocity")) if joints else [other.means(t, c) for c in POSE[3:]]
+
+
+def rare_poses(record, name):
+    """Poses of ground truth, if velocities would be too smooth; else None."""
+    poses = record.poses.known(*POSE[:3]) if name == "ground_truth" and record.poses else None
+    return poses if poses and poses.period > RARE else None
 
 
 def to_metres(record, name):
@@ -42,7 +53,7 @@ def to_metres(record, name):
     if not series or not pieces:
         return
     t, (X, Y, _) = pieces
-    speed, moved = np.hypot(X, Y), np.hypot(*(np.diff(series.at(t, axis)) for axis in "xy")) / PIECE
+    speed, moved = np.hypot(X, Y), np.hypot(*(np.diff(series.at(t, axis)) for axis in "xy")) / np.diff(t)
     fast = np.isfinite(moved) & (speed > SMALL * np.nanmax(speed, initial=0))
     ratio = np.median(moved[fast] / speed[fast]) if fast.any() else 1
     for unit, size in LENGTHS.items():
@@ -59,7 +70,10 @@ def factors(record, name):
     if not series or not pieces:
         return (math.nan,) * 3
     t, source = pieces
-    return [fit(series.means(t, column), source, k, record.base) for k, column in enumerate(POSE[3:])]
+    moved = {column: series.means(t, column) for column in POSE[3:]}
+    if poses := rare_poses(record, name):
+        moved = differentiated(Series(t, {column: poses.at(t, column) for column in POSE[:3]}))
+    return [fit(moved[column], source, k, record.base) for k, column in enumerate(POSE[3:])]
 
 
 def odd_wheel(record):

@@ -79,7 +79,7 @@ class Bag:
         if not self.counts:
             raise Refused(f"{shown(path)} has no messages{' that can be read' if self.problem else ''}")
         self._check_chosen(stamped)
-        self.notes, self._shifts, self._at_arrival, self._at_stamp = [], {}, self.seconds, self.seconds
+        self.notes, self._shifts, self._steady, self._at_arrival, self._at_stamp = [], {}, set(), self.seconds, self.seconds
         self._choose_clock({connection.topic: np.frombuffer(both).reshape(-1, 2)
                             for connection, both in stamped.items() if both})
 
@@ -121,11 +121,13 @@ class Bag:
     def _choose_stamps(self, topic, late):
         """Stamps of a topic as they are; moved by what they usually are `late` (s), where that is much; none."""
         apart = np.median(late)
+        is_steady = np.mean(np.abs(late - apart) < NAMED_APART) > MIN_NEAR
+        if is_steady and len(late) >= FEWEST:
+            self._steady.add(topic)
         if len(late) < FEWEST or abs(apart) < NAMED_APART or absolute(topic) in self.offsets:
             return
         how = f" (is its clock off? --clock-offset {shown(topic)}={-apart:.3g})"
         if abs(apart) > MAX_CLOCKS_APART:
-            is_steady = np.mean(np.abs(late - apart) < NAMED_APART) > MIN_NEAR
             self._shifts[topic] = -apart if is_steady else math.nan
             how = ": moved by so much" if is_steady else ": times are those of arrival"
         self.notes.append(f"stamps of {shown(topic)} are {abs(apart):.3g} s {'after' if apart > 0 else 'before'} their "
@@ -171,13 +173,12 @@ class Bag:
                               f"{t:.3f} s: must be one run")
             latest[source] = max(before, t)
         for connection, message, arrival in self.messages([*topics, *others]):
-            topic = connection.topic
+            topic, stamp, t = connection.topic, stamp_of(message), self.time_of(message, arrival, connection.topic)
             if topic in topics:
                 follow((topic,), self.seconds(arrival))
-                stamp = stamp_of(message)
-                if stamp:  # goes back where a bag was played in a loop
+                if stamp and t == t:  # goes back where a bag was played in a loop
                     follow((*connection, *getattr(message, "name", ())), self.seconds(stamp))
-            yield self.time_of(message, arrival, topic), connection, message
+            yield t, connection, message
 
     def shown_topics(self):
         return ", ".join(f"{shown(topic)} ({shown(kind)})" for topic, kind in sorted(self.types.items()))
@@ -191,14 +192,15 @@ class Bag:
 
     def time_of(self, message, arrival, topic):
         """Seconds of a message, with the offset of its topic: by the stamp in its header, unless that is not set, or of
-        another clock."""
+        another clock. NaN of one that waited or is damaged: far from its arrival, where others are not."""
         stamp, offset = stamp_of(message), self.offsets.get(absolute(topic))
         by_arrival = self._at_arrival(arrival)
         by_stamp = self._at_stamp(stamp) if stamp else by_arrival
         if offset is not None:  # of stamps too that are far from their arrival
             return offset + (by_stamp if stamp else by_arrival)
         by_stamp += self._shifts.get(topic, 0)  # decided for all of a topic, whose clock is one
-        return by_stamp if abs(by_stamp - by_arrival) < 2 * MAX_CLOCKS_APART else by_arrival
+        is_late = not abs(by_stamp - by_arrival) < 2 * MAX_CLOCKS_APART
+        return (math.nan if topic in self._steady else by_arrival) if is_late else by_stamp
 
     def _scan(self):
         """Yields what `scan` does; at a break says so in `problem`."""

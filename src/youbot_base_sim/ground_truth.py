@@ -16,6 +16,7 @@ TRANSFORMS = ("tf2_msgs/TFMessage", "tf/tfMessage")
 NO_ROTATION = "has a quaternion that is no rotation"
 LARGEST_TILT = 15  # deg
 SMOOTHING = 0.05     # s to either side, over which velocities are the slopes of fitted lines
+RARE = 0.1           # s, from one pose to the next: means would move the base in starts and turns
 WINDOW, LONG_WINDOW = 0.1, 0.3  # s, over which motions of marker and wheels are compared; the long one of noisy poses
 NOISY = 0.1          # share of a marker's motion that the wheels' does not explain
 FEWEST = 20          # windows of a drive are too few
@@ -38,10 +39,6 @@ def pose_fields(kind, message):
 def is_rotation(q):
     """Zeros stand for a body that is out of sight."""
     return 0.9 < q.x * q.x + q.y * q.y + q.z * q.z + q.w * q.w < 1.1
-
-
-def heading(x, y, z, w):
-    return np.arctan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z))
 
 
 def pose_series(t, values, record, topic):
@@ -82,7 +79,7 @@ def check_upright(series, topic):
 def transforms_to_poses(bag, fixed, body, choose):
     """Rows like those of `pose_fields` after their times, from the chain of transforms between two frames. Leaves out
     what tf2 would: frames without a name, rotations that are none. `choose`: which publisher's rows of a transform."""
-    links, parents, left_out = {}, {}, 0
+    links, left_out = {}, 0
     topics = [topic for topic, kind in bag.types.items() if kind in TRANSFORMS]
     for connection, message, arrival in bag.messages(topics):
         for link in message.transforms:
@@ -91,32 +88,45 @@ def transforms_to_poses(bag, fixed, body, choose):
             if not (child and parent and is_rotation(q) and np.isfinite((p.x, p.y, p.z)).all()):
                 left_out += 1
                 continue
-            parents[child] = parent
             t = 0 if connection.topic.endswith("static") else bag.time_of(link, arrival, connection.topic)
-            links.setdefault(child, {}).setdefault(connection.publisher, []).append((t, matrix(p, q)))
-    frame, chain = body.strip("/"), []
-    while frame != fixed.strip("/"):
-        if frame not in parents or len(chain) == len(parents):
-            raise Missing(f"no transforms from {shown(fixed)} to {shown(body)}: it has " + (", ".join(
-                f"{shown(parents[child])} -> {shown(child)}" for child in sorted(parents)) or "none") + (
-                    f"; {left_out} are left out, which lack a frame's name, a finite position or a rotation"
-                    if left_out else ""))
-        chain.insert(0, dict(choose(f"{parents[frame]} -> {frame}", links[frame])))
-        frame = parents[frame]
-    t = np.array(sorted(max(chain, key=len)))
+            if t == t:
+                links.setdefault((parent, child), {}).setdefault(connection.publisher, []).append((t, matrix(p, q)))
+    chain = {f"{parent} -> {child}": (dict(choose(f"{parent} -> {child}", links[parent, child])), is_forward)
+             for parent, child, is_forward in chain_between(fixed.strip("/"), body.strip("/"), links)}
+    if not chain:
+        raise Missing(f"no transforms from {shown(fixed)} to {shown(body)}: it has " + (
+            ", ".join(f"{shown(parent)} -> {shown(child)}" for parent, child in sorted(links)) or "none") + (
+                f"; {left_out} are left out, which lack a frame's name, a finite position or a rotation"
+                if left_out else ""))
+    t = np.array(sorted(max((link for link, _ in chain.values()), key=len)))
     pose = np.eye(4)
-    for link in chain:  # rotations are interpolated entry by entry: headings hardly change between two samples
+    for link, is_forward in chain.values():  # rotations are interpolated by entries: headings hardly change in a step
         series = Series(np.array(sorted(link)), {"link": np.array([link[time] for time in sorted(link)])})
-        pose = pose @ (series.at(t, "link") if len(link) > 1 else series["link"])
+        step = series.at(t, "link") if len(link) > 1 else series["link"]
+        pose = pose @ (step if is_forward else np.linalg.inv(step))
     rows = np.column_stack([t, pose[:, :3].reshape(-1, 12)])
     return rows[np.isfinite(rows).all(axis=1)].tolist()
 
 
+def chain_between(first, last, links):
+    """The fewest of these pairs of frames that lead from one to the other, and whether forward; () without any."""
+    ways = {first: ()}
+    for frame in (queue := [first]):
+        for parent, child in sorted(links):
+            for begin, end in ((parent, child), (child, parent)):
+                if begin == frame and end not in ways:
+                    ways[end] = *ways[frame], (parent, child, begin == parent)
+                    queue.append(end)
+    return ways.get(last, ())
+
+
 def matrix(p, q):
+    """Of a position and a quaternion, whose length need not be one."""
     x, y, z, w = q.x, q.y, q.z, q.w
-    return [[1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y), p.x],
-            [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x), p.y],
-            [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y), p.z], [0, 0, 0, 1]]
+    s = 2 / (x * x + y * y + z * z + w * w)
+    return [[1 - s * (y * y + z * z), s * (x * y - w * z), s * (x * z + w * y), p.x],
+            [s * (x * y + w * z), 1 - s * (x * x + z * z), s * (y * z - w * x), p.y],
+            [s * (x * z - w * y), s * (y * z + w * x), 1 - s * (x * x + y * y), p.z], [0, 0, 0, 1]]
 
 
 class Unexplained(Missing):
@@ -272,14 +282,16 @@ def to_odometry(poses, odom, sigma):
 
 
 def smoothed(poses):
-    """Means over SMOOTHING to either side, and velocities from its ends: noise would lengthen the path."""
-    reach = max(SMOOTHING, 1.5 * poses.period)
+    """Means over SMOOTHING to either side, unless poses are rare, and velocities from its ends: noise would lengthen the
+    path."""
+    is_rare = poses.period > RARE
+    reach = max(SMOOTHING, (1 if is_rare else 1.5) * poses.period)
     values = np.stack([poses[name] for name in ("x", "y", "psi")], -1)
     area = np.cumsum(np.diff(poses.t, prepend=poses.t[0])[:, None] * (values + np.roll(values, 1, axis=0)) / 2, axis=0)
     series = Series(poses.t, {"pose": values, "area": area})
     means, slopes = ((series.at(poses.t + reach, name) - series.at(poses.t - reach, name)) / (2 * reach)
                      for name in ("area", "pose"))
-    x, y, psi = means.T
+    x, y, psi = (values if is_rare else means).T
     dx, dy, turn = slopes.T
     return Series(poses.t, {"x": x, "y": y, "psi": psi, "V_X": np.cos(psi) * dx + np.sin(psi) * dy,
                             "V_Y": np.cos(psi) * dy - np.sin(psi) * dx, "Omega": turn})

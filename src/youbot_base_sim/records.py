@@ -16,6 +16,7 @@ MAX_NAMES = 12  # of joints, in a message
 FASTEST, RARE = 100, 0.01  # rad/s, of wheels; share of steps
 FASTEST_BASE = 10.0  # m/s: beyond, poses jump
 MIN_FIT, MAX_APART = 0.8, 0.05  # of velocities to positions: squared correlation; relative difference of factors
+OTHER_PERIOD = 0.03  # a counter that ends so much earlier than a known one is another
 EMPTY = "is not there"  # of fields: why they cannot be used
 POWERS = ("drive", "bearing", "roller", "floor", "external")
 
@@ -85,7 +86,9 @@ def read_record(bag, base, chosen=(), progress=lambda n: None, only=None, namesp
         except (AttributeError, TypeError):  # another definition of this type
             fields = None
         row = left_out.cleaned(topic, fields, getattr(message, "name", ()))
-        if row:
+        if t != t:
+            left_out.stale[topic] += 1
+        elif row:
             rows[topic].setdefault(connection.publisher, []).append((t, *row))
             record.origins.setdefault((topic, connection.publisher), origin(connection.publisher, message))
     record.notes += left_out.notes(names)
@@ -235,7 +238,8 @@ class LeftOut:
     """Replaces the fields of messages that cannot be used by NaN, and counts them."""
 
     def __init__(self):
-        self.foreign, self.fields = Counter(), Counter()  # numbers of messages; the latter by topic, field and reason
+        self.foreign, self.stale = Counter(), Counter()  # numbers of messages
+        self.fields = Counter()  # of messages by topic, field and reason
         self.seen, self.filled = set(), set()  # topics; their fields that are not always empty
         self.joints = {}  # in messages that are not of the wheels, in their order
 
@@ -275,6 +279,8 @@ class LeftOut:
         for (topic, field_name, reason), number in self.fields.items():
             if reason != EMPTY or (topic, field_name) in self.filled:
                 yield f"{shown(topic)}: {field_name} of {number} messages {reason}: left out"
+        for topic, number in self.stale.items():
+            yield f"{shown(topic)}: stamps of {number} messages are far from their arrival, unlike others: left out"
         for topic, number in self.foreign.items():
             if names[topic] != "joint_states":  # where an arm's joints are at home too
                 yield (f"{shown(topic)}: {number} messages lack the wheels fl, fr, bl and br or another part that is "
@@ -301,9 +307,9 @@ def find_topics(bag, chosen, names, namespace):
 
 def pose_fields(message, _):
     pose, twist = message.pose.pose, message.twist.twist
-    q = pose.orientation
-    return {"pose": (pose.position.x, pose.position.y, ground_truth.heading(q.x, q.y, q.z, q.w)) if (
-        ground_truth.is_rotation(q)) else Unusable(ground_truth.NO_ROTATION, 3),
+    place = ground_truth.matrix(pose.position, pose.orientation) if ground_truth.is_rotation(pose.orientation) else None
+    return {"pose": (pose.position.x, pose.position.y, math.atan2(place[1][0], place[0][0])) if place else (
+        Unusable(ground_truth.NO_ROTATION, 3)),
             "twist": (twist.linear.x, twist.linear.y, twist.angular.z)}
 
 
@@ -438,6 +444,11 @@ def count_on(series, record, topic):
     span, turned = np.ptp(positions["position"], axis=0).max(), np.diff(positions["position"], axis=0)
     periods = [2 * math.pi, *(unit * 2 ** bits for bits in range(8, 33) if unit != 1)]
     period = min((period for period in periods if period >= span * (1 - 1e-9)), default=math.inf)
+    sizes = np.abs(turned)
+    ends = sizes > 0.75 * span
+    found = (sizes[1:] + np.where(ends, 0, sizes)[:-1])[ends[1:]]  # back by these, in place of a turn like the one before
+    if np.sum(ends[1:].any(axis=1)) > 1 and np.ptp(found) < 0.02 * np.median(found) < period / (1 + OTHER_PERIOD):
+        period = np.median(found)
     is_end = (np.abs(turned) > period / 2).any(axis=1) & (np.diff(positions.t) <= positions.max_step)
     if is_end.any():
         turned -= period * np.round(turned / period)

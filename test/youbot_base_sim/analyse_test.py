@@ -23,8 +23,7 @@ import genpy.dynamic
 import numpy as np
 import rosbag
 from geometry_msgs.msg import Point, Twist, Vector3
-from harness import ROOT, RunsAnalyse, odometry, stamp_of
-from sensor_msgs.msg import JointState
+from harness import ROOT, WHEELS, RunsPrograms, joint_state, odometry, rolling_rates, stamp_of
 from std_msgs.msg import Header, String
 
 from youbot_base_sim import files
@@ -35,7 +34,6 @@ from youbot_base_sim.series import Series
 
 SCRIPT = str(ROOT / "scripts" / "analyse")
 SIMULATE = ENVIRONMENT = None
-WHEELS = ("fl", "fr", "bl", "br")
 R, ARM = 0.05, 0.385
 EFFORTS = np.array((0.1, 0.2, 0.3, 0.4))  # N m
 SEPARATOR = "\n" + 80 * "=" + "\nMSG: "
@@ -53,18 +51,6 @@ def own_messages():
     classes = genpy.dynamic.generate_dynamic("youbot_base_sim/ContactsStamped", SEPARATOR.join(parts))
     switch = SEPARATOR.join([definition("RollerSwitchStamped"), parts[1]])
     return {**classes, **genpy.dynamic.generate_dynamic("youbot_base_sim/RollerSwitchStamped", switch)}
-
-
-def rolling_rates(V_X, V_Y, Omega):
-    return np.array([V_X - V_Y - ARM * Omega, V_X + V_Y + ARM * Omega, V_X + V_Y - ARM * Omega,
-                     V_X - V_Y + ARM * Omega]) / R
-
-
-def joint_state(t, position, velocity, effort=()):
-    message = JointState(name=["wheel_joint_" + wheel for wheel in WHEELS])
-    message.header.stamp = stamp_of(t)
-    message.position, message.velocity, message.effort = list(position), list(velocity), list(effort)
-    return message
 
 
 class Motion:
@@ -86,7 +72,7 @@ def elsewhere(pose, x=7.0, y=-3.0, turn=2.0):
             y + math.sin(turn) * pose[0] + math.cos(turn) * pose[1], pose[2] + turn)
 
 
-class AnalyseTest(RunsAnalyse):
+class AnalyseTest(RunsPrograms):
     @classmethod
     def setUpClass(cls):
         super().setUpClass()

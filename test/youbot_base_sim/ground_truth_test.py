@@ -13,7 +13,7 @@ import genpy
 import numpy as np
 import rosbag
 from geometry_msgs.msg import PoseStamped, PoseWithCovarianceStamped, TransformStamped
-from harness import RunsAnalyse, stamp_of
+from harness import RunsPrograms, placed, put, seen, stamp_of
 from nav_msgs.msg import Odometry
 from tf2_msgs.msg import TFMessage
 
@@ -27,31 +27,7 @@ CLIPPED = ((0, 0, 0, 0, 0), (1, -15.8, -2.1, -0.5, -17.3), (2.2, -4.9, 4.8, 3, -
 MARKER, FRAME, CLOCK = (0.12, -0.07, 0.4), (2.0, -1.5, 2.2), 0.3137  # X, Y, yaw on the base; x, y, yaw; s
 
 
-def placed(frame, pose):
-    """Poses in a frame, as poses in the frame around it."""
-    x, y, yaw = frame
-    c, s = np.cos(yaw), np.sin(yaw)
-    return x + c * pose[0] - s * pose[1], y + s * pose[0] + c * pose[1], yaw + pose[2]
-
-
-def filled(p, q, x, y, z, yaw, tilt=0):
-    p.x, p.y, p.z = x, y, z
-    q.x, q.y, q.z, q.w = (math.sin(tilt / 2) * math.cos(yaw / 2), math.sin(tilt / 2) * math.sin(yaw / 2),
-                          math.cos(tilt / 2) * math.sin(yaw / 2), math.cos(tilt / 2) * math.cos(yaw / 2))
-
-
-def message_of(kind, x, y, z, yaw, **tilt):
-    message = kind()
-    if kind is TransformStamped:
-        filled(message.transform.translation, message.transform.rotation, x, y, z, yaw, **tilt)
-        message.header.frame_id, message.child_frame_id = "mocap", "rigid_body"
-    else:
-        pose = message.pose if kind is PoseStamped else message.pose.pose
-        filled(pose.position, pose.orientation, x, y, z, yaw, **tilt)
-    return message
-
-
-class GroundTruthTest(RunsAnalyse):
+class GroundTruthTest(RunsPrograms):
     @classmethod
     def setUpClass(cls):
         super().setUpClass()
@@ -82,27 +58,26 @@ class GroundTruthTest(RunsAnalyse):
         known, motion = self.times if times is None else times, self.motion if motion is None else motion
         times = np.arange(0.013, known[-1], 1 / rate)
         base = [np.interp(times, known, column) for column in motion]
-        seen = placed(FRAME, placed(base, marker))
+        poses = placed(FRAME, placed(base, marker))
         with rosbag.Bag(self.path(f"{drive}.bag")) as bag, rosbag.Bag(self.path(name), "w") as live:
             for topic, message, t in bag.read_messages():
                 if topic in ("/odom", "/base/joint_states"):
                     message.header.stamp = stamp_of(t.to_sec())
                     live.write(topic, message, stamp_of(t.to_sec() + 0.002))
-            for t, x, y, yaw in zip(times, *seen):
+            for t, x, y, yaw in zip(times, *poses):
                 if out_of_sight[0] < t < out_of_sight[1] or random.random() < 0.05:
                     continue
                 dx, dy, dz, turn = noise * random.standard_normal(4)
-                message = message_of(kind, x + dx, y + dy, 0.3 + dz, yaw + 1.5 * turn, **tilt)
-                message.header.stamp = stamp_of(t - clock)
+                message = seen(kind, t - clock, (x + dx, y + dy, 0.3 + dz, yaw + 1.5 * turn), **tilt)
                 if as_transforms:
                     live.write("/tf", TFMessage([message]), stamp_of(t + 0.003))
                 else:
                     live.write("/tracker/youbot/pose", message, stamp_of(t + 0.003))
             if as_transforms:  # where the marker's base is, turned upside down and back in two links
                 x, y, _ = placed((0, 0, -marker[2]), (-marker[0], -marker[1], 0))
-                for parent, child, place in (("rigid_body", "plate", (x, y, -0.3, -marker[2], math.pi)),
-                                             ("plate", "robot", (0, 0, 0, 0, math.pi))):
-                    link = message_of(TransformStamped, *place[:4], tilt=place[4])
+                for parent, child, place in (("body", "plate", (x, y, -0.3, -marker[2])),
+                                             ("plate", "robot", (0, 0, 0))):
+                    link = seen(TransformStamped, 0, place, math.pi)
                     link.header.frame_id, link.child_frame_id = parent, child
                     live.write("/tf_static", TFMessage([link]), stamp_of(0))
         return self.path(name)
@@ -208,7 +183,7 @@ class GroundTruthTest(RunsAnalyse):
 
     def test_transforms(self):
         bag = self.recorded("transforms.bag", TransformStamped, as_transforms=True)
-        numbers = self.numbers(bag, "--frames", "mocap,rigid_body", "--truth", "marker")
+        numbers = self.numbers(bag, "--frames", "mocap,body", "--truth", "marker")
         self.expect_alignment(numbers)
         numbers = self.numbers(bag, "--frames", "mocap,robot", "--truth", "marker")
         self.expect_alignment(numbers, marker=(0, 0, 0))
@@ -217,24 +192,32 @@ class GroundTruthTest(RunsAnalyse):
         self.assertRegex(self.out, "mocap -> robot +taken as the base's own pose, at the bag's clock")
         for name in ("final_error", "final_heading_error", "path_length", "yaw_of_rolled"):
             self.assertAlmostEqual(numbers[name], self.known[name], delta=0.02)
+        other = self.recorded("parents.bag", TransformStamped, as_transforms=True)
+        with rosbag.Bag(other, "a") as more:  # a frame that another tree has too, and a camera that is seen by the base
+            for t in range(20):
+                links = [seen(TransformStamped, t, (9, 9, 0)), seen(TransformStamped, t, placed((0, 0, -1), (-2, -3, 0)))]
+                links[0].header.frame_id, links[1].header.frame_id, links[1].child_frame_id = "other", "mocap", "camera"
+                more.write("/tf", TFMessage(links), stamp_of(t))
+        numbers = self.numbers(other, "--frames", "camera,body", "--truth", "marker")
+        self.assertLess(abs(numbers["marker_x"] - MARKER[0]), 3 * numbers["marker_x_sigma"])
         self.analyse(bag, "--frames", "world,robot", "--only", "odometry")
-        self.assertIn("no transforms from world to robot: it has rigid_body -> plate, mocap -> rigid_body, plate -> "
+        self.assertIn("no transforms from world to robot: it has body -> plate, mocap -> body, plate -> "
                       "robot", self.out)
 
     def test_transforms_that_are_none_are_left_out(self):
         """As by tf2: without a frame's name, with the rotation of a message that was never filled in."""
         def links(*frames):
             for parent, child in frames:
-                link = message_of(TransformStamped, 9, 9, 0, 0)
+                link = seen(TransformStamped, 0, (9, 9, 0))
                 link.header.frame_id, link.child_frame_id = parent, child
                 yield link
         bag = self.recorded("named.bag", TransformStamped, as_transforms=True)
         known = self.numbers(bag, "--frames", "mocap,robot", "--truth", "marker")
-        unturned, huge = links(("mocap", "rigid_body"), ("mocap", "rigid_body"))
+        unturned, huge = links(("mocap", "body"), ("mocap", "body"))
         unturned.transform.rotation.w = unturned.transform.rotation.z = 0
         huge.transform.rotation.z = 1e200  # its square is no number
         with rosbag.Bag(bag, "a") as more:
-            more.write("/tf", TFMessage([unturned, huge, *links(("", "rigid_body"), ("mocap", "/"))]), stamp_of(3))
+            more.write("/tf", TFMessage([unturned, huge, *links(("", "body"), ("mocap", "/"))]), stamp_of(3))
         self.expect_same(self.numbers(bag, "--frames", "mocap,robot", "--truth", "marker"), known)
         self.analyse(bag, "--frames", "mocap,nothing", "--only", "odometry")
         self.assertIn("; 4 are left out, which lack a frame's name, a finite position or a rotation", self.out)
@@ -246,7 +229,7 @@ class GroundTruthTest(RunsAnalyse):
                     pose = message.pose.pose
                     yaw = 2 * math.atan2(pose.orientation.z, pose.orientation.w)
                     x, y, yaw = placed(FRAME, placed((pose.position.x, pose.position.y, yaw), MARKER))
-                    filled(pose.position, pose.orientation, x, y, 0, yaw)
+                    put(pose.position, pose.orientation, (x, y, yaw))
                     message.header.stamp -= genpy.Duration.from_sec(CLOCK)
                 live.write(topic, message, t)
         self.expect_alignment(self.numbers(self.path("odometry.bag"), "--truth", "marker"), sigmas=3)
