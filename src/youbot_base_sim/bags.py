@@ -67,21 +67,21 @@ class Bag:
         self.offsets, self._publishers = ({absolute(topic): value for topic, value in pairs}
                                           for pairs in (offsets, publishers))
         require_bag(path)
-        self._last, stamped = Time(0, 0), {}
+        self._last, connections, stamped = Time(0, 0), {}, {}
         for connection, arrival, data in self._scan():
-            if connection not in stamped:
-                stamped[connection] = array("d") if begins_with_stamp(connection.definition) else None
-            if stamped[connection] is not None and len(data) >= 12:
-                stamped[connection].extend((number_of(arrival), number_of(Time(*struct.unpack_from("<II", data, 4)))))
+            if connection not in connections:
+                connections[connection] = begins_with_stamp(connection.definition)
+            if connections[connection] and len(data) >= 12:
+                stamped.setdefault(connection.topic, array("d")).extend(
+                    (number_of(arrival), number_of(Time(*struct.unpack_from("<II", data, 4)))))
             self.types[connection.topic] = connection.type
             self.counts[connection.topic] += 1
             self.start, self._last = min(self.start or arrival, arrival), max(self._last, arrival)
         if not self.counts:
             raise Refused(f"{shown(path)} has no messages{' that can be read' if self.problem else ''}")
-        self._check_chosen(stamped)
+        self._check_chosen(connections)
         self.notes, self._shifts, self._steady, self._at_arrival, self._at_stamp = [], {}, set(), self.seconds, self.seconds
-        self._choose_clock({connection.topic: np.frombuffer(both).reshape(-1, 2)
-                            for connection, both in stamped.items() if both})
+        self._choose_clock({topic: np.frombuffer(both).reshape(-1, 2) for topic, both in stamped.items()})
 
     def _check_chosen(self, connections):
         nodes = {}

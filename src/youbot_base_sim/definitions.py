@@ -11,7 +11,7 @@ LARGEST = 1 << 24  # bytes of a message that is read; numbers in lists take up t
 Time = namedtuple("Time", "secs nsecs")
 NUMBERS = dict(bool="?", int8="b", uint8="B", byte="b", char="B", int16="h", uint16="H", int32="i", uint32="I",
                int64="q", uint64="Q", float32="f", float64="d")
-PAIRS = dict(time="<II", duration="<ii")
+PAIRS = dict(time="II", duration="ii")
 TYPE = r"([A-Za-z]\w*(?:/[A-Za-z]\w*)?)"
 LINE = re.compile(TYPE + r"(?:\[(\d{0,9})\])?\s+([A-Za-z]\w*)\s*(=.*)?", re.ASCII)
 BETWEEN = "\n" + 80 * "=" + "\n"
@@ -88,9 +88,9 @@ class Types:
         if kind in NUMBERS and count is not None:
             return numbers(NUMBERS[kind], count)
         if kind in NUMBERS:
-            one = number(NUMBERS[kind])
+            one = fixed(NUMBERS[kind], lambda value: value)
         elif kind in PAIRS:
-            one = pair(PAIRS[kind])
+            one = fixed(PAIRS[kind], Time)
         elif kind == "string":
             one = text, 4
         else:
@@ -100,18 +100,9 @@ class Types:
         return one if count is None else list_of(*one, count)
 
 
-def number(letter):
-    form = struct.Struct("<" + letter)
-
-    def read(data, at):
-        return form.unpack_from(data, at)[0], at + form.size
-    return read, form.size
-
-
-def pair(letters):
-    def read(data, at):
-        return Time(*struct.unpack_from(letters, data, at)), at + 8
-    return read, 8
+def fixed(letters, make):
+    form = struct.Struct("<" + letters)
+    return lambda data, at: (make(*form.unpack_from(data, at)), at + form.size), form.size
 
 
 def text(data, at):

@@ -92,7 +92,7 @@ def read_record(bag, base, chosen=(), progress=lambda n: None, only=None, namesp
             rows[topic].setdefault(connection.publisher, []).append((t, *row))
             record.origins.setdefault((topic, connection.publisher), origin(connection.publisher, message))
     record.notes += left_out.notes(names)
-    record.origins = {topic: next(record.origins[topic, publisher] for publisher in largest(found))
+    record.origins = {topic: record.origins[topic, max(found, key=lambda one: len(found[one]))]
                       for topic, found in rows.items() if found}
     rows = {topic: choose_publisher(record, topic, found, TOPICS[names[topic]].is_sampled)
             for topic, found in rows.items()}
@@ -123,11 +123,6 @@ def origin(publisher, message):
         f" of {shown(child)}" * bool(child)) + f", with {', '.join(map(shown, twice))} twice: the first" * bool(twice)
 
 
-def largest(rows):
-    """Publishers, that with the most messages first."""
-    return sorted(rows, key=lambda publisher: -len(rows[publisher]))
-
-
 def commands_of(record, driver, names):
     """Times and commanded values of the wheels, of all these topics in order, without what is said again. `driver`: the
     base by which twists become rates."""
@@ -146,7 +141,7 @@ def commands_of(record, driver, names):
 def choose_publisher(record, topic, rows, is_sampled):
     """The rows of a topic: of several nodes that publish samples, those of the one with the most, the first of equals.
     Commands and events may come from several."""
-    used, *others = largest(rows) or [""]
+    used, *others = sorted(rows, key=lambda publisher: -len(rows[publisher])) or [""]
     if others:
         left = ", not " + ", ".join(f"{shown(one)} ({len(rows[one])})" for one in others)
         which = f"{shown(used)} ({len(rows[used])} messages){left}" if is_sampled else f"all, {', '.join(map(shown, rows))}"

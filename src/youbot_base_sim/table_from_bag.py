@@ -18,10 +18,6 @@ from .records import COMMANDS, commands_of, find_topics, read_record
 from .report import csv_text
 
 
-def warn(text):
-    complain("table_from_bag", "warning: " + text)
-
-
 def command_names(bag, chosen, namespace, field):
     """The topics of commands for a table of velocities, or of efforts. Throws Refused where the bag has the
     other kind too."""
@@ -41,20 +37,20 @@ def rows_of(bag, base, field, arguments):
     names = ["joint_states"] if is_measured else command_names(bag, chosen, arguments.namespace, field)
     record = read_record(bag, base, {name: chosen[name] for name in names if name in chosen}, only=names,
                          namespace=arguments.namespace, sign=arguments.joint_velocity_sign)
-    for note in record.notes:
-        warn(f"{shown(bag.path)}: {note}")
     columns = (field,) if is_measured else ()
     if not any(record.get(name, *columns) for name in names):
         raise Refused(f"{shown(bag.path)}: {'; '.join(record.lack(name, *columns) for name in names)}; it has "
                       f"{bag.shown_topics()}" + ". For a bag without commands, use --measured" * (not is_measured))
     if record.put:
         raise Refused(f"{shown(bag.path)}: {record.put}: must be one run")
+    if is_measured and field != "position" and not record.has_sign:
+        raise Refused(f"{shown(bag.path)}: the sign of the velocities cannot be found from the positions; give "
+                      "--joint-velocity-sign")
+    for note in record.notes:
+        complain("table_from_bag", f"warning: {shown(bag.path)}: {note}")
     if not is_measured:
         driver = Base(wheel_radius=arguments.wheel_radius, half_wheelbase=arguments.half_lengths, half_track=0)
         return commands_of(record, driver, names)
-    if field != "position" and not record.has_sign:
-        raise Refused(f"{shown(bag.path)}: the sign of the velocities cannot be found from the positions; give "
-                      "--joint-velocity-sign")
     states = record.need("joint_states", field)
     return states.t - (states.t[0] if field == "position" else 0), states[field]
 
@@ -94,6 +90,6 @@ def main():
     bag = Bag(arguments.bag, arguments.clock_offset, arguments.publisher)
     tables = [rows_of(bag, base, field, arguments) for *_, field in wanted]
     if bag.problem:
-        warn(bag.problem)
+        complain("table_from_bag", "warning: " + bag.problem)
     for (_, path, _), table in zip(wanted, tables):
         write(path, *table)

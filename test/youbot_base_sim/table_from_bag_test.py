@@ -41,7 +41,6 @@ class TableFromBagTest(RunsPrograms):
 
     def refused(self, words, *arguments):
         self.runs("table_from_bag", self.bag, *arguments, status=2)
-        self.err = "".join(line for line in self.err.splitlines(True) if ": warning: " not in line)
         self.one_line(words)
         self.assertFalse(os.path.exists(self.csv))
 
@@ -173,11 +172,9 @@ class TableFromBagTest(RunsPrograms):
         self.refused("/joint_states has no effort", "--measured", "--torque", self.csv)
         states((0, 0, 0, 0), ones)
         self.refused("give --joint-velocity-sign", "--measured", "--velocity", self.csv)
-        for velocity, words in (((-1, 1, 1, 1), f"warning: {self.bag}: /joint_states: velocities of fl have the opposite "
-                                 "sign"), ((1, 1, math.nan, 1), "velocity of 3 messages is not finite")):
-            states(ones, velocity)
-            np.testing.assert_allclose(self.table("--measured", "--velocity")[1], 1)
-            self.assertIn(words, self.err)
+        states(ones, (-1, 1, 1, 1))
+        np.testing.assert_allclose(self.table("--measured", "--velocity")[1], 1)
+        self.assertIn(f"warning: {self.bag}: /joint_states: velocities of fl have the opposite sign", self.err)
 
 
 if __name__ == "__main__":

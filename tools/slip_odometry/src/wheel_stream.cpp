@@ -46,7 +46,7 @@ bool WheelStream::counts(const std::string& from, double t) {
 
 /// Positions have begun anew where a wheel's change all but spans the shortest period that holds all of them.
 void WheelStream::count_on(double t, const Wheels& phi) {
-  constexpr double kMinShare = 0.75, kTurn = 2 * M_PI;
+  constexpr double kMinShare = 0.75, kTurn = 2 * M_PI, kOther = 0.03, kExact = 1e-3;
   constexpr int kFewestBits = 8, kMostBits = 32;
   const Wheels change = phi - last_.value_or(phi);
   min_ = last_ ? min_.min(phi) : phi;
@@ -58,13 +58,17 @@ void WheelStream::count_on(double t, const Wheels& phi) {
     if (counter >= span && (counter < period || period < span)) period = counter;
   }
   for (int i = 0; i < kWheels; ++i) {
-    if (std::abs(change[i]) < kMinShare * period || span > period) continue;
+    if (std::abs(change[i]) < kMinShare * period || span > (1 + kExact) * period) continue;
     if (period_ == 0 && period != kTurn && std::abs(change[i]) <= max_rate * (t - time_)) continue;
+    // A counter that ends elsewhere goes back by the rest of a change like the one before.
+    const double found = std::abs(change[i]) + std::abs(change_[i]);
+    if (period_ == 0 && std::abs(found / period - 1) > kOther) period = found;
     if (period_ == 0) finding_ = fmt::format("positions begin anew after {:.6g} rad: counted on", period);
     period_ = period;
     counted_[i] -= std::copysign(period, change[i]);
   }
   last_ = phi;
+  change_ = change;
   time_ = t;
 }
 

@@ -19,7 +19,7 @@ class WheelStream {
   std::string publisher;                 ///< the node whose messages count; empty: the first, while it publishes
 
   struct Reading {
-    Wheels phi;     ///< rad; positions that begin anew after a turn or 2^8 to 2^32 ticks are counted on
+    Wheels phi;     ///< rad; positions that begin anew after a turn or a number of ticks are counted on
     Wheels dphi;    ///< positive forward, in the unit of the message; NaN: not there
     Wheels torque;  ///< N m, positive forward as positions are; NaN: not there
   };
@@ -41,6 +41,7 @@ class WheelStream {
   double time_ = 0, period_ = 0;            // s, of the last reading; rad, 0: unknown
   std::optional<Wheels> last_;              // positions as read, rad
   Wheels min_ = Wheels::Zero(), max_ = Wheels::Zero(), counted_ = Wheels::Zero();  // of them; added to them
+  Wheels change_ = Wheels::Zero();                                                 // of the last reading, rad
 };
 
 }  // namespace youbot_base_sim
