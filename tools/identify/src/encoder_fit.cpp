@@ -89,18 +89,11 @@ Track track_of(const DriveRecord& record) {
   return track;
 }
 
-/// How far a base comes in the track's windows; `pose` is asked for one time after another.
+/// How far a base comes in the track's windows.
 template <class Pose>
 Displacements displacements(const Track& track, const Pose& pose) {
   Displacements moved;
-  int last = -1;
-  Eigen::Vector3d at;
-  for (const int window : track.windows) {
-    const Eigen::Vector3d from = last == window - 1 ? at : pose(end_of(window - 1));
-    at = pose(end_of(window));
-    moved.push_back(displacement(from, at));
-    last = window;
-  }
+  for (const int window : track.windows) moved.push_back(displacement(pose(end_of(window - 1)), pose(end_of(window))));
   return moved;
 }
 
@@ -177,8 +170,15 @@ class EncoderComparison : public Comparison {
   Eigen::VectorXd by_wheels(const Candidate& candidate) const;
   Eigen::VectorXd uncorrelated(Eigen::VectorXd off, double limit = HUGE_VAL) const;
   Eigen::VectorXd errors(const Eigen::VectorXd& off) const { return uncorrelated(off, kJump).unaryExpr(&robust); }
+  /// Rows of displacements_of(record) for all records.
   template <class Of>
-  Eigen::VectorXd all_rows(const Of& displacements_of) const;
+  Eigen::VectorXd all_rows(const Of& displacements_of) const {
+    std::vector<double> rows;
+    for (std::size_t r = 0; r < records_.size(); ++r) {
+      for (const Eigen::Vector3d& moved : displacements_of(r)) rows.insert(rows.end(), moved.begin(), moved.end());
+    }
+    return Eigen::Map<Eigen::VectorXd>(rows.data(), static_cast<Eigen::Index>(rows.size()));
+  }
 
   const std::vector<DriveRecord>& records_;
   const EncoderFitSettings& settings_;
@@ -207,16 +207,6 @@ EncoderComparison::EncoderComparison(const std::vector<DriveRecord>& records, co
   }
   for (int k = 0; k < 2; ++k) expect(off_by_kinematics(start));
   check(start);
-}
-
-/// Rows of displacements_of(record) for all records.
-template <class Of>
-Eigen::VectorXd EncoderComparison::all_rows(const Of& displacements_of) const {
-  std::vector<double> rows;
-  for (std::size_t r = 0; r < records_.size(); ++r) {
-    for (const Eigen::Vector3d& moved : displacements_of(r)) rows.insert(rows.end(), moved.begin(), moved.end());
-  }
-  return Eigen::Map<Eigen::VectorXd>(rows.data(), static_cast<Eigen::Index>(rows.size()));
 }
 
 Eigen::VectorXd EncoderComparison::truth() const {
@@ -403,6 +393,7 @@ void EncoderComparison::search_angles(Candidate& candidate) const {
       candidate.phi[r][i] += static_cast<double>(best) * step;
       begin += rows;
     }
+    settings_.progress(0.2 + 0.2 * (k + 1) / (kRounds * kWheels));
   }
 }
 
@@ -455,7 +446,6 @@ EncoderFit fit_encoders(const Scene& start, const std::vector<DriveRecord>& reco
     settings.progress(0.2);
     trial.candidate.phi.assign(records.size(), spread_angles(0, start.robot.rollers));
     comparison.search_angles(trial.candidate);
-    settings.progress(0.4);
   }
   minimize_first(comparison, parameters, trial);
   comparison.expect(comparison.off({trial.candidate}).col(0));
