@@ -50,7 +50,8 @@ int wheel_of(const std::string& joint) {
 
 WheelCommand read(const std::vector<brics_actuator::JointValue>& entries, const std::string& unit, DriveMode mode) {
   WheelCommand command;
-  if (entries.empty()) command.complaints.push_back({"empty", "names no joint at all: nothing changes"});
+  if (std::none_of(entries.begin(), entries.end(), [](const auto& entry) { return wheel_of(entry.joint_uri) >= 0; }))
+    command.complaints.push_back({"empty", "names no wheel, such as " + wheel_joint(0) + ": nothing changes"});
   std::array<bool, kWheels> seen{};
   for (const auto& entry : entries) {
     const int i = wheel_of(entry.joint_uri);

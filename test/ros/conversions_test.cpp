@@ -71,10 +71,10 @@ TEST(WheelCommand, quotes_a_foreign_unit_in_one_short_line) {
   EXPECT_LT(text.size(), 200u);
 }
 
-TEST(WheelCommand, ignores_unknown_joints_without_a_word) {
+TEST(WheelCommand, ignores_unknown_joints_and_complains_where_no_joint_is_a_wheel) {
   for (const char* joint : {"", "arm_joint_1", "wheel_joint_", "wheel_joint_fll", "caster_joint_fl", "fl"}) {
     const WheelCommand command = wheel_command(torques({entry(joint, "rad", kNan)}));
-    EXPECT_TRUE(command.complaints.empty()) << joint;
+    EXPECT_EQ(command.complaints.at(0).text, "names no wheel, such as wheel_joint_fl: nothing changes") << joint;
     for (const auto& set_point : command.set_points) EXPECT_FALSE(set_point) << joint;
   }
 }
@@ -82,7 +82,7 @@ TEST(WheelCommand, ignores_unknown_joints_without_a_word) {
 TEST(WheelCommand, takes_the_first_of_several_with_the_right_unit) {
   const WheelCommand command =
       wheel_command(torques({entry("wheel_joint_fl", "N m", 1), entry("wheel_joint_fl", kTorqueUnit, 2),
-                             entry("wheel_joint_fl", kTorqueUnit, 3)}));
+                             entry("wheel_joint_fl", kTorqueUnit, 3), entry("arm_joint_1", "rad", 1)}));
   EXPECT_EQ(value_of(command, 0), 2.0);
   EXPECT_EQ(command.complaints.size(), 1u);
 }
