@@ -172,5 +172,5 @@ def draw(figure, spectrum, n):
     for name, colour, style, amplitude in zip(WHEEL_NAMES, WHEEL_COLOURS.values(), ("-", "--", "-.", ":"),
                                               spectrum.amplitude):
         axes.semilogy(spectrum.orders, amplitude, color=colour, linestyle=style, label=name)
-    axes.set(xlabel="order, cycles per revolution of the wheel", ylabel="amplitude of the ripple, rad/s")
+    axes.set(xlabel="order, cycles per revolution of the wheel", ylabel="amplitude of the ripple, rms of pieces, rad/s")
     axes.legend(loc="lower left", ncol=4)
