@@ -19,7 +19,7 @@ import rosbag
 from geometry_msgs.msg import PoseStamped, Twist
 from harness import RunsPrograms, joint_state, odometry, path_of, placed, rolling_rates, seen, stamp_of, twist
 
-DEVEL = None
+PROGRAM = None
 SIZES = RADIUS, LENGTHS = 0.052, 0.4  # m, of the base that is recorded
 RATE = 50
 # V_X, V_Y, Omega; each for a second
@@ -158,44 +158,43 @@ class IdentifyBagsTest(RunsPrograms):
                 np.testing.assert_allclose(table["command"][1][1], rolling_rates(*motions[1], *SIZES), rtol=1e-3)
                 self.assertIn("x", table)
 
-    def test_the_program_fits_a_cut_bag_and_says_what_it_read(self):
-        bag = self.record(effort=False)  # which has less to fit
-        program, scene = os.path.join(DEVEL, "lib", "youbot_base_sim", "identify"), self.path("scene.yaml")
-        with open(scene, "w") as file:
+    def start(self, bag, output, redirection=""):
+        """Starts the program on a bag of this base."""
+        with open(self.path("scene.yaml"), "w") as file:
             file.write(f"duration: 1\nrobot: {{profile: measured, wheel_radius: {RADIUS}, "
                        f"half_wheelbase: {LENGTHS - 0.15}}}\n")
+        return subprocess.Popen(["bash", "-c", f'exec "$@" {redirection}', "", PROGRAM, bag, "--scene",
+                                 self.path("scene.yaml"), "-o", self.path(output)], stdout=subprocess.PIPE,
+                                stderr=subprocess.PIPE, text=True)
+
+    def test_the_program_fits_a_cut_bag_and_says_what_it_read(self):
+        bag = self.record(effort=False)  # which has less to fit
         os.truncate(bag, os.path.getsize(bag) - 1000)
-        ran = subprocess.run([program, bag, "--scene", scene, "-o", self.path("fitted.yaml")], capture_output=True,
-                             text=True, timeout=200)
-        self.assertEqual((ran.returncode, ran.stderr), (0, ""), ran.stdout)
-        self.assertIn("note: " + bag + " has no complete index", ran.stdout)
-        self.assertRegex(ran.stdout, "joint_states +/joint_states: 450, 50 Hz")
-        self.assertIn("no effort in joint_states", ran.stdout)
+        ran = self.start(bag, "fitted.yaml")
+        out, err = ran.communicate(timeout=200)
+        self.assertEqual((ran.returncode, err), (0, ""), out)
+        for words in (f"note: {bag} has no complete index", "/joint_states: 450, 50 Hz", "no effort in joint_states"):
+            self.assertIn(words, out)
         with open(self.path("fitted.yaml")) as file:
             self.assertIn(f"# By identify, from {bag}. Error", file.readline())
-        for out in (">&-", "> /dev/full"):
-            ran = subprocess.run(["bash", "-c", f'"$@" {out}', "", program, bag, "--scene", scene, "-o",
-                                  self.path("full.yaml")], capture_output=True, text=True, timeout=200)
-            self.assertEqual((ran.returncode, ran.stderr),
-                             (1, "identify: standard output: cannot be written: Bad file descriptor\n"))
-            self.assertTrue(os.path.exists(self.path("full.yaml")))
+        for redirection in (">&-", "> /dev/full"):
+            ran = self.start(bag, "full.yaml", redirection)
+            self.assertEqual(ran.communicate(timeout=200)[1],
+                             "identify: standard output: cannot be written: Bad file descriptor\n")
+            self.assertTrue(ran.returncode == 1 and os.path.exists(self.path("full.yaml")))
             os.remove(self.path("full.yaml"))
         for arguments, words in (((), "BAG"), (("--colour",), "--help"), ((self.path("none"),), "none: No such file"),
                                  ((bag, "--frames", "a"), "FIXED,BODY"), ((bag, "--ticks", "0"), "must be a number"),
-                                 ((bag, "--scene", scene, "-o", bag), "must not be a file that is read")):
-            ran = subprocess.run([program, *arguments, "--quiet"], capture_output=True, text=True, timeout=100)
+                                 ((bag, "--scene", self.path("scene.yaml"), "-o", bag), "must not be a file that is read")):
+            ran = subprocess.run([PROGRAM, *arguments, "--quiet"], capture_output=True, text=True, timeout=100)
             self.assertEqual((ran.returncode, ran.stdout, ran.stderr.count("\n")), (2, "", 1), ran.stderr)
             self.assertTrue(ran.stderr.startswith("identify: "), ran.stderr)
             self.assertIn(words, ran.stderr)
 
     def test_a_signal_ends_it_in_a_line(self):
-        bag, program = self.record(), os.path.join(DEVEL, "lib", "youbot_base_sim", "identify")
-        scene = self.path("sizes.yaml")
-        with open(scene, "w") as file:
-            file.write(f"duration: 1\nrobot: {{wheel_radius: {RADIUS}, half_wheelbase: {LENGTHS - 0.15}}}\n")
+        bag = self.record()
         for fits in (False, True):  # while it reads, and amid a fit
-            ran = subprocess.Popen([program, bag, "--scene", scene, "-o", self.path("ended.yaml"), "--quiet"],
-                                   stderr=subprocess.PIPE, text=True)
+            ran = self.start(bag, "ended.yaml")
 
             def is_ready(process):
                 with open(f"/proc/{process}/status") as status:
@@ -210,5 +209,5 @@ class IdentifyBagsTest(RunsPrograms):
 
 
 if __name__ == "__main__":
-    DEVEL = os.path.abspath(sys.argv.pop(1))
+    PROGRAM = os.path.join(os.path.abspath(sys.argv.pop(1)), "lib", "youbot_base_sim", "identify")
     unittest.main()
