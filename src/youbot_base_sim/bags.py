@@ -13,7 +13,7 @@ import numpy as np
 from .command_line import Refused, one_line, quoted, shown
 from .definitions import Time, Unreadable, reader_of
 
-MAGIC, OLD_MAGIC = b"#ROSBAG V2.0\n", b"#ROSRECORD V1."
+MAGIC, OLD_MAGIC, ROS_2_MAGIC = b"#ROSBAG V2.0\n", b"#ROSRECORD V1.", (b"SQLite format", b"\x89MCAP")
 MESSAGE, FILE_HEADER, CHUNK, CONNECTION = 2, 3, 5, 7  # op codes of records
 LARGEST, LARGEST_HEADER = 1 << 27, 1 << 20  # bytes, of a record or unpacked chunk; beyond, the length is damaged
 LZ4_PIECE = 4096  # bytes that are unpacked at once: to 1 MB at most
@@ -224,6 +224,8 @@ def require_bag(path):
         raise Refused(f"{shown(path)}: {getattr(error, 'strerror', None) or one_line(error)}; must be a bag")
     if begin.startswith(OLD_MAGIC):
         raise Refused(f"{shown(path)} is of a version before 2.0: run rosbag reindex on a copy")
+    if begin.startswith(ROS_2_MAGIC):
+        raise Refused(f"{shown(path)} is of ROS 2: must be a bag of ROS 1, as rosbags-convert makes of it")
     if not begin.startswith(MAGIC):
         raise Refused(f"{shown(path)} is not a bag: must begin with #ROSBAG V2.0" if begin else
                       f"{shown(path)} is empty: must be a bag")

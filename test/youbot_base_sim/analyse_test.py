@@ -480,8 +480,10 @@ class AnalyseTest(RunsPrograms):
             self.analyse(self.path(name), status=2)
             self.one_line(name, "must b")
         os.mkfifo(self.path("fifo"))
+        Path(self.path("drive.mcap")).write_bytes(b"\x89MCAP0\r\n")
         for path, words in ((self.path("none.bag"), "No such file"), (self.folder, "is a folder"),
-                            (self.path("fifo"), "not a regular file"), ("a\nb", r"'a\nb'")):
+                            (self.path("fifo"), "not a regular file"), ("a\nb", r"'a\nb'"),
+                            (self.path("drive.mcap"), "drive.mcap is of ROS 2")):
             self.analyse(path, status=2)
             self.one_line(words, "must be a bag")
         content, field = Path(self.slipping).read_bytes(), b"encryptor=rosbag/AesCbcEncryptor"
