@@ -154,7 +154,7 @@ ClockFollowers::ClockFollowers(ros::NodeHandle& node, std::chrono::duration<doub
 void ClockFollowers::add(const std::string& name) {
   master_work_.reset();
   nodes_[name].processes = processes_of(name);
-  if (!nodes_[name].processes.empty()) return;
+  if (!nodes_[name].processes.empty() || !ask_master("lookupNode", name).valid()) return;  // or it has gone
   ROS_WARN(
       "%s follows /clock from elsewhere, another machine, container or user: whether it has read what is published "
       "before cannot be known",

@@ -16,6 +16,7 @@
 #include <filesystem>
 #include <functional>
 #include <memory>
+#include <set>
 #include <string>
 #include <system_error>
 #include <utility>
@@ -47,12 +48,11 @@ class File {
   std::unique_ptr<std::FILE, int (*)(std::FILE*)> file_;
 };
 
-/// Processor time of a process, ns; 0 if it has ended. It lacks what its threads that run just now have run since they
-/// began. Takes a microsecond, and so hardly any of the time in which none of them may run.
-std::uint64_t processor_time(pid_t process) {
-  clockid_t clock{};
+/// Processor time of a process by its clock, ns; 0 if it has ended. It lacks what its threads that run just now have
+/// run since they began. Takes half a microsecond, and so hardly any of the time in which none of them may run.
+std::uint64_t processor_time(clockid_t clock) {
   timespec time{};
-  if (clock_getcpuclockid(process, &clock) != 0 || clock_gettime(clock, &time) != 0) return 0;
+  if (clock_gettime(clock, &time) != 0) return 0;
   return static_cast<std::uint64_t>(time.tv_sec) * 1'000'000'000 + static_cast<std::uint64_t>(time.tv_nsec);
 }
 
@@ -84,17 +84,18 @@ class Process::Thread {
   }
 
   /// True if it waits for something or has ended. A thread that was woken, or preempted on its way to sleep, waits
-  /// nowhere. A place in the kernel puts a thread into one state: that is read once for each place.
+  /// nowhere. A place in the kernel puts threads into one state: that is read once for each place.
   bool sleeps(bool process_has_run) {
     static const bool kShowsWaking = wchan_shows_waking();
+    thread_local std::set<std::string> places;  // where threads sleep
     char text[64];
     place_ = wchan_.read(text);
     const bool waits = place_ != "0";
-    if (waits && place_ == sleeps_at_ && kShowsWaking) return true;
+    if (waits && kShowsWaking && places.count(place_) > 0) return true;
     if (!waits && process_has_run) return false;  // one that has ended does not work
     const char now = state();
     const bool is_asleep = waits && (now == 'S' || now == 'I');
-    if (is_asleep && place_ == wchan_.read(text)) sleeps_at_ = place_;
+    if (is_asleep && place_ == wchan_.read(text)) places.insert(place_);
     return is_asleep || now == 'Z' || now == 'X';
   }
 
@@ -150,23 +151,25 @@ class Process::Thread {
   std::string folder_;
   File wchan_, schedstat_;
   std::string place_ = "0";   // where in the kernel it waits; "0": nowhere; empty: it has ended
-  std::string sleeps_at_;     // a place where it has been seen to sleep
   std::uint64_t marked_ = 0;  // runs at the mark
   bool naps_ = false, is_marked_ = false, polls_ = false;
   int poll_score_ = kPollScore;  // marks after which it has polled, less those after which it has not
 };
 
-Process::Process(pid_t id) : id_(id) {}
+Process::Process(pid_t id) : id_(id), is_own_(id == getpid()) { clock_getcpuclockid(id, &clock_); }
 Process::Process(Process&&) noexcept = default;
 Process& Process::operator=(Process&&) noexcept = default;
 Process::~Process() = default;
 
 bool Process::rests() {
+  const auto still_works = [this] { return awake_ < threads_.size() && !threads_[awake_].sleeps(true); };
+  if (is_own_ && still_works()) return false;
   const std::uint64_t work = work_so_far();
   const bool has_run = std::exchange(work_, work) != work || threads_.empty();
-  const bool has_rested = std::exchange(rested_, false) && !has_run && id_ != getpid();  // this thread may wake its own
-  if (has_run) find_threads();
-  for (Thread& thread : threads_) {
+  const bool has_rested = std::exchange(rested_, false) && !has_run && !is_own_;  // this thread may wake its own
+  if (has_run && (find_threads(), still_works())) return false;
+  for (awake_ = 0; awake_ < threads_.size(); ++awake_) {
+    Thread& thread = threads_[awake_];
     if (!(has_rested && thread.waits_within()) && !thread.sleeps(has_run)) return false;
   }
   if (some_have_ended()) return find_threads(), false;  // others may have begun
@@ -181,7 +184,7 @@ bool Process::is_stopped() const {
 std::size_t Process::threads() const { return threads_.size(); }
 
 std::uint64_t Process::work_so_far() {
-  if (id_ != getpid()) return processor_time(id_);
+  if (!is_own_) return processor_time(clock_);
   find_threads();
   std::uint64_t work = 0;
   for (const Thread& thread : threads_) work += thread.work_so_far();
@@ -211,7 +214,7 @@ void Process::find_threads() {
   namespace fs = std::filesystem;
   const std::string folder = fmt::format("/proc/{}/task", id_);
   struct stat links {};  // two more than threads; if one has come for one that has gone, that has ended
-  const std::size_t others = id_ == getpid() ? 3 : 2;
+  const std::size_t others = is_own_ ? 3 : 2;
   const bool is_known = stat(folder.c_str(), &links) == 0 && links.st_nlink == threads_.size() + others;
   if (is_known && !some_have_ended()) return;
   std::error_code ended;

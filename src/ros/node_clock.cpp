@@ -294,7 +294,11 @@ class GatedClock : public SteppedClock {
   }
   std::string broken_promise() const override { return gate_->broken_promise(); }
   std::map<std::string, std::string> counters() const override { return gate_->counters(); }
-  ros::Time stamp(double t) const override { return stamp_of(static_cast<double>(idle_periods_) * period_ + t); }
+  /// Zero would mean no time, so all times are 1 ns later: loops act in the same steps whether they begin before time
+  /// is known, and so count from zero, or after.
+  ros::Time stamp(double t) const override {
+    return ros::TIME_MIN + ros::Duration(static_cast<double>(idle_periods_) * period_ + t);
+  }
 
   /// Within a period messages act from the next on.
   double arrival() const override {
@@ -316,8 +320,7 @@ class GatedClock : public SteppedClock {
     if ((!is_ready || loop.commander().empty()) && !loop.interrupted()) await_rest(loop);
     if (loop.interrupted() || (is_ready && commanded_)) return false;
     const bool commanded = is_ready && !loop.commander().empty();
-    // A loop that sleeps from t = 0, on /clock 1 ns because zero means no time, would miss the first period.
-    if (!commanded || idle_periods_ == 0) {
+    if (!commanded) {
       ++idle_periods_;
       loop.publish_telemetry();
       announce();

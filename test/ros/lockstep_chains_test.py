@@ -1,7 +1,7 @@
 #!/usr/bin/python3
-"""Chains of nodes have the same result in each run: with loops of their own, in C++ and Python, with a second base, or with
-~wait_for. RUNS in the environment: how often, 3 unless set. As a node: lockstep_chains_test.py KIND IN OUT, as
-lockstep_node.cpp."""
+"""Chains of nodes have the same result in each run: with loops or timers of their own, in C++ and Python, with a second base,
+or with ~wait_for. RUNS in the environment: how often, 3 unless set. As a node: lockstep_chains_test.py KIND STYLE IN OUT,
+as lockstep_node.cpp."""
 
 import hashlib
 import os
@@ -40,17 +40,22 @@ def answer(kind, heard, filtered=Odometry()):
     return heard
 
 
-def run_node(kind, topic, out):
+def run_node(kind, style, topic, out):
     rospy.init_node("node")
     heard = []
     rospy.Subscriber(topic, Twist if kind == "mux" else Odometry, lambda message: heard.__setitem__(slice(None), [message]))
     publisher = rospy.Publisher(out, Odometry if kind == "filter" else Twist, queue_size=10)
-    while rospy.get_rostime().is_zero():  # a loop from there would have another phase
-        rospy.rostime.wallsleep(0.01)
-    rate = rospy.Rate(50)
-    while not rospy.is_shutdown():
+
+    def act(_event=None):
         if heard:
             publisher.publish(answer(kind, heard[0]))
+
+    if style == "timer":
+        rospy.Timer(rospy.Duration(0.02), act)
+        rospy.spin()
+    rate = rospy.Rate(50)
+    while not rospy.is_shutdown():
+        act()
         rate.sleep()
 
 
@@ -109,11 +114,11 @@ class ChainsTest(unittest.TestCase):
         while not {"/clock", *topics} <= connected_topics(node):
             rospy.rostime.wallsleep(0.05)
 
-    def run_chain(self, chain, programs):
+    def run_chain(self, chain, style, programs):
         base = self.start_base("_end_time:=0.6", "_start_paused:=true")
         names = ("/a_" + chain, "/b_" + chain)
         for program, arguments, name in zip(programs, CHAINS[chain], names):
-            self.start(*program, *arguments, "__name:=" + name[1:], stderr=subprocess.DEVNULL)
+            self.start(*program, arguments[0], style, *arguments[1:], "__name:=" + name[1:], stderr=subprocess.DEVNULL)
         rospy.wait_for_service("/base_node/unpause")
         for name, (_, topic, out) in zip(names, CHAINS[chain]):
             self.await_topics(name, "/" + topic, "/" + out)
@@ -121,15 +126,16 @@ class ChainsTest(unittest.TestCase):
         return self.digest(base)
 
     def test_chains(self):
-        for chain, programs in (("filter", (CPP, PYTHON)), ("mux", (CPP, CPP)), ("mux", (PYTHON, PYTHON))):
-            self.expect_same(lambda: self.run_chain(chain, programs))
+        for row in (("filter", "loop", (CPP, PYTHON)), ("filter", "timer", (PYTHON, CPP)), ("mux", "loop", (CPP, CPP)),
+                    ("mux", "timer", (PYTHON, PYTHON))):
+            self.expect_same(lambda: self.run_chain(*row))
 
     def run_two_bases(self, names=["/base_node", "/second/base_node", "/second/controller"]):
         """Started in this order, in every other run in the opposite one."""
         starts = {"/base_node": lambda: self.start_base("_end_time:=0.6", "_start_paused:=true"),
                   "/second/base_node": lambda: self.start_base("__ns:=second", "_publish_clock:=false", "_lockstep:=false",
                                                                "_real_time_factor:=1", f"_bag:={self.bag}2"),
-                  "/second/controller": lambda: self.start(*CPP, "controller", "odom", "cmd_vel", "__ns:=second",
+                  "/second/controller": lambda: self.start(*CPP, "controller", "loop", "odom", "cmd_vel", "__ns:=second",
                                                            "__name:=controller", stderr=subprocess.DEVNULL)}
         nodes = {}
         for name in names:
@@ -168,8 +174,8 @@ class ChainsTest(unittest.TestCase):
 
 
 if __name__ == "__main__":
-    if len(sys.argv) > 3 and sys.argv[1] in ("filter", "controller", "mux"):
-        run_node(*sys.argv[1:4])
+    if len(sys.argv) > 4 and sys.argv[1] in ("filter", "controller", "mux"):
+        run_node(*sys.argv[1:5])
     else:
         rospy.init_node("lockstep_chains_test")
         rostest.rosrun("youbot_base_sim", "lockstep_chains", ChainsTest, sys.argv)

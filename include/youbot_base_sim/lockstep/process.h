@@ -52,7 +52,10 @@ class Process {
   void find_threads();
 
   pid_t id_;
+  bool is_own_;
+  clockid_t clock_ = -1;         // of its time on processors; -1: none
   std::vector<Thread> threads_;  // but the one that asks
+  std::size_t awake_ = 0;        // the thread that was last seen at work; their number: none
   std::uint64_t work_ = 0;       // when it was last looked at
   bool rested_ = false;          // then
 };

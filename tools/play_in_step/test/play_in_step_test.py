@@ -68,7 +68,8 @@ class PlayInStep(unittest.TestCase):
     def outputs(self, name):
         """{topic: (messages, hash)} of a run of the example and of a node with a loop, started in any order."""
         with started(ROOT / "examples" / "wheel_odometry.py", "joint_states:=base/joint_states"), \
-                started(ROOT / "test/ros/lockstep_chains_test.py", "filter", "wheel_odometry", "smooth", "__name:=rate_node"):
+                started(ROOT / "test/ros/lockstep_chains_test.py", "filter", "loop", "wheel_odometry", "smooth",
+                        "__name:=rate_node"):
             said = self.play(self.bag, "--topic", "/base/joint_states", "--output", self.path(name), "--wait-for",
                              "wheel_odometry", "--wait-for", "rate_node").stdout
         self.assertIn("101 messages of 1 topics, 2.0 s, to /rate_node, /wheel_odometry", said)
