@@ -48,8 +48,7 @@ class File {
   std::unique_ptr<std::FILE, int (*)(std::FILE*)> file_;
 };
 
-/// Processor time of a process by its clock, ns; 0 if it has ended. It lacks what its threads that run just now have
-/// run since they began. Takes half a microsecond, and so hardly any of the time in which none of them may run.
+/// Processor time by a process's clock, ns, without what its threads run just now; 0 if it has ended. Takes 0.5 us.
 std::uint64_t processor_time(clockid_t clock) {
   timespec time{};
   if (clock_gettime(clock, &time) != 0) return 0;
@@ -118,25 +117,27 @@ class Process::Thread {
     const bool has_napped = std::exchange(naps_, naps());
     if (has_napped != naps_) poll_score_ = naps_ ? kPollScore : 0;
     is_marked_ = waits_within() && (learns || poll_score_ > 0);
-    if (is_marked_) marked_ = scheduled()[2];
+    if (is_marked_) marked_ = scheduled();
     polls_ = is_marked_ && poll_score_ >= kPollScore;
     return polls_ || naps_;
   }
 
   void learn_polls(std::chrono::nanoseconds since) {
     if (!is_marked_) return;
-    const bool has_polled = (scheduled()[2] - marked_) * kBetweenPolls >= since;
+    const auto [on_processor, waiting, runs] = scheduled();
+    const std::chrono::nanoseconds waited(waiting - marked_[1]);  // for a processor
+    const bool has_polled = (runs - marked_[2]) * kBetweenPolls + waited >= since;
+    if (!has_polled && !sleeps(true)) return;  // it still waits for one
     poll_score_ = std::clamp(poll_score_ + (has_polled ? 1 : -1), 0, kMaxPollScore);
   }
 
-  bool has_late_poll() const { return polls_ && scheduled()[2] == marked_; }
+  bool has_late_poll() const { return polls_ && scheduled()[2] == marked_[2]; }
 
  private:
   bool naps() const { return place_.find("nanosleep") != std::string::npos; }
 
-  // At most; most sleep for one, but on a busy machine their turn comes late.
-  static constexpr auto kBetweenPolls = std::chrono::milliseconds(10);
-  static constexpr int kPollScore = 2, kMaxPollScore = 5;  // of poll_score_
+  static constexpr auto kBetweenPolls = std::chrono::milliseconds(10);  // at most; most sleep for one
+  static constexpr int kPollScore = 2, kMaxPollScore = 5;               // of poll_score_
 
   /// Nanoseconds on a processor and waiting for one, and number of runs; 0 if it has ended.
   std::array<std::uint64_t, 3> scheduled() const {
@@ -150,8 +151,8 @@ class Process::Thread {
   pid_t id_;
   std::string folder_;
   File wchan_, schedstat_;
-  std::string place_ = "0";   // where in the kernel it waits; "0": nowhere; empty: it has ended
-  std::uint64_t marked_ = 0;  // runs at the mark
+  std::string place_ = "0";                // where in the kernel it waits; "0": nowhere; empty: it has ended
+  std::array<std::uint64_t, 3> marked_{};  // at the mark
   bool naps_ = false, is_marked_ = false, polls_ = false;
   int poll_score_ = kPollScore;  // marks after which it has polled, less those after which it has not
 };
@@ -168,10 +169,8 @@ bool Process::rests() {
   const bool has_run = std::exchange(work_, work) != work || threads_.empty();
   const bool has_rested = std::exchange(rested_, false) && !has_run && !is_own_;  // this thread may wake its own
   if (has_run && (find_threads(), still_works())) return false;
-  for (awake_ = 0; awake_ < threads_.size(); ++awake_) {
-    Thread& thread = threads_[awake_];
-    if (!(has_rested && thread.waits_within()) && !thread.sleeps(has_run)) return false;
-  }
+  for (awake_ = 0; awake_ < threads_.size(); ++awake_)
+    if (!(has_rested && threads_[awake_].waits_within()) && !threads_[awake_].sleeps(has_run)) return false;
   if (some_have_ended()) return find_threads(), false;  // others may have begun
   return rested_ = work_so_far() == work;
 }
