@@ -45,7 +45,7 @@ void EventLocatingStepper::finish(ContactSystem& system, State& x, double t) {
   if (point_ != Point::kEnded) return;
   point_ = Point::kSettled;
   settle(system, x, t);
-  if (system.reacts()) record_->reactions.watch(system.reactions(x, t), t, t - start_t_);
+  if (system.reacts()) record_->record_reactions(system.reactions(x, t), t, t - start_t_);
 }
 
 void EventLocatingStepper::finish_foreign_step(ContactSystem& system, const State& start, State& x, double t,

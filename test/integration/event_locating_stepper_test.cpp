@@ -685,13 +685,13 @@ TEST_F(GuardedStepperTest, LooksAtReactionsAfterEachStep) {
     wheels.looked_at = 0;
     wheels.looks = 0;
     restart();
-    record->reactions.continue_when_tipping();  // so that nothing else looks at them
+    record->ends_tipping = false;  // so that nothing else looks at them
     GuardedStepper guarded(located(), fly_on, 100000, *record);
     odeint::integrate_adaptive(std::ref(guarded), std::ref(wheels), x, 0.0, 0.1, 0.1);
     EXPECT_EQ(record->statistics.fallback_steps > 0, nth == 1);
     EXPECT_EQ(wheels.looks, record->statistics.steps + record->statistics.fallback_steps);
     EXPECT_NEAR(wheels.looked_at, 0.1, 1e-12);
-    EXPECT_LT((record->reactions.record().time_off_floor - 0.1).abs().maxCoeff(), 1e-12);  // without a gap
+    EXPECT_LT((record->reactions.time_off_floor - 0.1).abs().maxCoeff(), 1e-12);  // without a gap
   }
 }
 
@@ -726,6 +726,32 @@ TEST_F(GuardedStepperTest, GoesOnAccuratelyAfterTheFallback) {
                             }))
         << "wheel " << event.wheel << " at " << event.t;
   }
+}
+
+TEST(MotionRecordTest, EndsTheMotionAtTheTippingLimit) {
+  MotionRecord record;
+  record.record_reactions({{10, 20, 30, 0}, Side::kNone}, 0.1, 0.1);
+  try {
+    record.record_reactions({{0, 60, 0, 0}, Side::kRight}, 0.3, 0.2);
+    FAIL() << "nothing was thrown";
+  } catch (const TippedOver& tipped) {
+    EXPECT_EQ(tipped.time(), 0.3);
+    EXPECT_EQ(tipped.side(), Side::kRight);
+  }
+  EXPECT_TRUE((record.reactions.min_N == Wheels{0, 20, 0, 0}).all());
+  EXPECT_TRUE((record.reactions.time_off_floor == Wheels{0.2, 0, 0.2, 0.1 + 0.2}).all());
+}
+
+TEST(MotionRecordTest, RecordsWhenTheLimitWasReachedAndForHowLong) {
+  MotionRecord record;
+  record.ends_tipping = false;
+  const Wheels N = {10, 10, 10, 10};
+  const Side sides[] = {Side::kNone, Side::kLeft, Side::kFront, Side::kNone, Side::kRear, Side::kNone};
+  for (int k = 0; k < 6; ++k) record.record_reactions({N, sides[k]}, k, 1);
+  EXPECT_EQ(record.reactions.tipping, Side::kNone);
+  EXPECT_EQ(record.reactions.tipped, Side::kRear);
+  EXPECT_EQ(record.reactions.tipped_at, 4.0);  // the last time
+  EXPECT_EQ(record.reactions.time_at_limit, 3);
 }
 
 }  // namespace

@@ -225,14 +225,12 @@ struct RestChanges : Bisected {
   static Effect apply(ContactSystem& system, State& x, double t, int subject);
 };
 
-/// The base reaches its tipping limit, where ReactionMonitor ends the motion, once the step is recorded.
+/// The base reaches its tipping limit, where MotionRecord ends the motion, once the step is recorded.
 struct TippingReached : Bisected {
   static double width(double) { return 1e-10; }
 
   static constexpr int kConditions = 1;
-  bool possible(const ContactSystem& system, const Step&) const {
-    return system.reacts() && record->reactions.ends_tipping();
-  }
+  bool possible(const ContactSystem& system, const Step&) const { return system.reacts() && record->ends_tipping; }
   static Witness witness(const ContactSystem& system, const State& x, double t, int) {
     return {system.reactions(x, t).tipping != Side::kNone ? 1.0 : -1.0};
   }

@@ -42,40 +42,9 @@ struct FloorReactions {
   Side tipping = Side::kNone;
 };
 
-/// Records the normal reactions at the ends of steps, and ends the motion where the base reaches its tipping limit.
-class ReactionMonitor {
- public:
-  /// True if the motion ends at the tipping limit: it does unless it was asked to continue there.
-  bool ends_tipping() const { return ends_tipping_; }
-  void continue_when_tipping() { ends_tipping_ = false; }
-
-  /// Records the reactions at the end of a step from `t - dt` to t, s. Throws TippedOver where the motion ends.
-  void watch(const FloorReactions& reactions, double t, double dt) {
-    record_.min_N = record_.min_N.min(reactions.N);
-    record_.time_off_floor += (reactions.N <= 0).select(Wheels::Constant(dt), Wheels::Zero());
-    const bool tipped_before = record_.tipping != Side::kNone;
-    record_.tipping = reactions.tipping;
-    if (reactions.tipping == Side::kNone) return;
-    if (ends_tipping_) throw TippedOver(t, reactions.tipping);
-    if (!tipped_before) record_.tipped_at = t;
-    record_.tipped = reactions.tipping;
-    record_.time_at_limit += dt;
-  }
-
-  const ReactionRecord& record() const { return record_; }
-
-  /// Continues the record of another integration.
-  void begin_with(const ReactionRecord& before) { record_ = before; }
-
- private:
-  ReactionRecord record_;
-  bool ends_tipping_ = true;
-};
-
 /// The record that all steppers of one motion write to.
-class MotionRecord {
- public:
-  MotionRecord() { switches_.reserve(kRoom); }
+struct MotionRecord {
+  MotionRecord() { switches.reserve(1024); }  // before it allocates
 
   /// Wheel i, at angle phi (rad), came from roller `from` (unwrapped) to its present one at time t (s); nothing if they
   /// are the same. More than one roller makes one record with their count.
@@ -84,9 +53,9 @@ class MotionRecord {
     if (count == 0) return;
     statistics.switches += static_cast<std::uint64_t>(count);
     const int n = modes.rollers();
-    switches_.push_back({t, i, wrapped(from, n), wrapped(to, n), phi, to > from ? +1 : -1, count});
-    for (std::size_t k = switches_.size() - 1; k > 0 && switches_[k].t < switches_[k - 1].t; --k) {
-      std::swap(switches_[k], switches_[k - 1]);
+    switches.push_back({t, i, wrapped(from, n), wrapped(to, n), phi, to > from ? +1 : -1, count});
+    for (std::size_t k = switches.size() - 1; k > 0 && switches[k].t < switches[k - 1].t; --k) {
+      std::swap(switches[k], switches[k - 1]);
     }
   }
 
@@ -97,27 +66,31 @@ class MotionRecord {
     record_switch(modes, i, from, t, x.phi()[i]);
   }
 
-  /// Continues the record of another integration.
-  void begin_with(const IntegrationStatistics& before, const std::vector<RollerSwitch>& switches) {
-    statistics = before;
-    switches_.assign(switches.begin(), switches.end());
-  }
-
   /// The switches since the last call, in order of time.
   std::vector<RollerSwitch> take_switches() {
-    std::vector<RollerSwitch> taken(switches_);
-    switches_.clear();  // which keeps its memory
+    std::vector<RollerSwitch> taken(switches);
+    switches.clear();  // keeps its memory
     return taken;
   }
 
+  /// Records the reactions at the end of a step from `t - dt` to t, s. Throws TippedOver where the motion ends.
+  void record_reactions(const FloorReactions& now, double t, double dt) {
+    reactions.min_N = reactions.min_N.min(now.N);
+    reactions.time_off_floor += (now.N <= 0).select(Wheels::Constant(dt), Wheels::Zero());
+    const bool tipped_before = reactions.tipping != Side::kNone;
+    reactions.tipping = now.tipping;
+    if (now.tipping == Side::kNone) return;
+    if (ends_tipping) throw TippedOver(t, now.tipping);
+    if (!tipped_before) reactions.tipped_at = t;
+    reactions.tipped = now.tipping;
+    reactions.time_at_limit += dt;
+  }
+
   IntegrationStatistics statistics;
-  ReactionMonitor reactions;
-  SlidingMode sliding_mode;  ///< which wheels chatter
-
- private:
-  static constexpr std::size_t kRoom = 1024;  // for switches, before it allocates
-
-  std::vector<RollerSwitch> switches_;
+  std::vector<RollerSwitch> switches;  ///< not yet taken
+  ReactionRecord reactions;
+  bool ends_tipping = true;  ///< the motion ends at the tipping limit
+  SlidingMode sliding_mode;  ///< of wheels that chatter
 };
 
 }  // namespace youbot_base_sim

@@ -12,7 +12,6 @@
 #include "youbot_base_sim/integration/slip_system.h"
 #include "youbot_base_sim/integration/smooth_stepper.h"
 #include "youbot_base_sim/integration/statistics.h"
-#include "youbot_base_sim/integration/step_size_controller.h"
 #include "youbot_base_sim/integration/tolerance.h"
 
 namespace youbot_base_sim {
@@ -47,8 +46,7 @@ class Radau final : public SmoothStepper {
       return fail;
     }
     if (judged) {
-      const double error =
-          early_error_ > 0 ? early_error_ : error_.estimate(system, start_, stages_->u, newton_.matrix());
+      const double error = early_error_ > 0 ? early_error_ : error_of_stages(system);
       const bool finite = std::isfinite(error);
       dt = std::max(control_.next(dt, error), finite ? shortest : 0);
       if (!(error <= 1) && !(finite && length <= shortest)) {
@@ -167,7 +165,7 @@ class Radau final : public SmoothStepper {
 
   bool find_stages(const SlipSystem<Model>& system, double dt, bool judged) {
     const auto give_up = [this, &system, judged] {
-      const double error = judged ? error_.estimate(system, start_, stages_->u, newton_.matrix()) : 0;
+      const double error = judged ? error_of_stages(system) : 0;
       if (error > 1) early_error_ = error;
       return error > 1;
     };
@@ -177,6 +175,10 @@ class Radau final : public SmoothStepper {
     }
     prediction_.begin_as_start(system, start_, newton_.contacts(), dt, *stages_);
     return newton_.iterate(system, start_, dt, *stages_, give_up);
+  }
+
+  double error_of_stages(const SlipSystem<Model>& system) {
+    return error_.estimate(system, start_, stages_->u, newton_.matrix());
   }
 
   // State at the end of a step of length dt with these velocities at the stages.
@@ -222,8 +224,8 @@ class Radau final : public SmoothStepper {
   bool started_ = false;
   RadauStart<Model> start_;
   RadauStages<Model>* stages_;  // of the last try
-  double end_t_ = kUnknown;     // when Newton's torque at the end acts
-  double early_error_ = 0;      // that ended the iterations; 0: none
+  double end_t_ = kUnknown;     // time of Newton's torque at the end, s
+  double early_error_ = 0;      // of iterations that it ended; 0: none
   double accepted_dt_ = 0;      // longest step from here whose error is known to be small enough
 };
 

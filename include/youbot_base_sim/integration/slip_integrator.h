@@ -31,9 +31,10 @@ class SlipIntegrator : public MotionIntegrator {
             [this](State& x, double t, double dt) { fallback_.do_step(system_, x, t, dt); }, max_evaluations, record_) {
     if (!before) return;
     if (before->contacts) system_.modes() = *before->contacts;
-    if (before->reactions) record_.reactions.begin_with(*before->reactions);
+    if (before->reactions) record_.reactions = *before->reactions;
     system_.count_evaluations(before->statistics.evaluations);
-    record_.begin_with(before->statistics, before->switches);
+    record_.statistics = before->statistics;
+    record_.switches = before->switches;
   }
 
   void advance(State& x, double t, double t_end, double smooth_end) override {
@@ -80,9 +81,9 @@ class SlipIntegrator : public MotionIntegrator {
   MotionSoFar leave() override { return {system_.modes(), statistics(), reaction_record(), take_switches()}; }
   std::optional<ReactionRecord> reaction_record() const override {
     if (!system_.reacts()) return std::nullopt;
-    return record_.reactions.record();
+    return record_.reactions;
   }
-  void continue_when_tipping() override { record_.reactions.continue_when_tipping(); }
+  void continue_when_tipping() override { record_.ends_tipping = false; }
   const ContactModes* contact_modes() const override { return &system_.modes(); }
   double regularization_speed() const override { return system_.rest().moving_nu(); }
   std::vector<RollerSwitch> take_switches() override { return record_.take_switches(); }
