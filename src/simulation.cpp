@@ -115,8 +115,8 @@ void Simulation::make_integrator(const MotionSoFar* before) {
     for (double* y : {&patch.y0, &patch.y1}) *y -= origin_[1];
   }
   const RobotParameters robot = prescribed_ ? PrescribedWheels::driven(scene_.robot) : scene_.robot;
-  integrator_ =
-      youbot_base_sim::make_integrator(scene_.model, robot, floor, local_, profile(), scene_.solver, extended_, before);
+  integrator_ = youbot_base_sim::make_integrator(
+      {scene_.model, robot, floor, local_, profile(), scene_.solver, extended_, before});
   integrator_->constrain(local_, t_);
   show_state();
   if (stop_) integrator_->stop_on(*stop_);
@@ -184,7 +184,7 @@ void Simulation::set_points(DriveMode mode, const Wheels& values) {
   if (!sampled()) throw std::logic_error("set points need a control_period > 0");
   if (!drive_) {
     drive_ = std::make_unique<SampledDrive>(scene_);
-    drive_->command(-kInfinity, DriveMode::kTorque, held_.value(t_));  // until the new ones are due
+    drive_->command(-kInfinity, DriveMode::kTorque, held_.value(t_));  // holds until the new ones are due
   }
   drive_->command(t_, mode, values);
 }
@@ -203,8 +203,7 @@ void Simulation::set_loads(const AppliedLoads& applied, bool keep_momentum) {
   // The paper's equations have neither loads nor wrenches, and take less time: the extended ones continue from here.
   if (!extended_ && slips(scene_.model)) {
     extended_ = true;
-    const MotionSoFar before = integrator_->leave();
-    make_integrator(&before);
+    change_integrator(integrator_->leave());
   }
   added_ = applied;
   integrator_->set_loads(local_, with_added(planned_), keep_momentum);
@@ -295,7 +294,7 @@ std::array<std::optional<int>, kWheels> Simulation::other_rollers() const {
 double Simulation::roller_angle(int i, int k) const {
   if (rollers()[i] == k) return state_.gamma()[i];
   const ContactModes* modes = integrator_->contact_modes();
-  return modes ? modes->resting_angle(i, k) : 0;
+  return modes ? modes->angle_off_floor(i, k) : 0;
 }
 
 PowerBalance Simulation::power_balance() const {

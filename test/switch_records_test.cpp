@@ -185,7 +185,7 @@ TEST_F(SwitchRecordsTest, Fallback) {
     Scene scene = random_scene(random, 0);
     scene.initial.dphi() = random.wheels(-450, 450);
     TorqueWithHoles torque(random.wheels(-30, 30));
-    const auto integration = make_integrator(Model::kCoulomb, scene.robot, scene.floor, scene.initial, torque, {});
+    const auto integration = make_integrator({Model::kCoulomb, scene.robot, scene.floor, scene.initial, torque, {}});
     Ledger ledger(scene);
     State x = scene.initial;
     for (int piece = 0; piece < 80; ++piece) {

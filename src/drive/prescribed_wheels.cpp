@@ -92,18 +92,18 @@ Wheels WheelSpline::acceleration(double t) const {
 
 Wheels WheelSpline::rate(double t) const {
   const auto [row, length, share] = place(t);
-  const double s = std::clamp(share, 0.0, 1.0), rest = 1 - s;
+  const double s = std::clamp(share, 0.0, 1.0), left = 1 - s;
   return (angle_[row + 1] - angle_[row]) / length +
-         length / 6 * ((3 * s * s - 1) * acceleration_[row + 1] - (3 * rest * rest - 1) * acceleration_[row]);
+         length / 6 * ((3 * s * s - 1) * acceleration_[row + 1] - (3 * left * left - 1) * acceleration_[row]);
 }
 
 Wheels WheelSpline::angle(double t) const {
   const auto [row, length, share] = place(t);
-  const double s = std::clamp(share, 0.0, 1.0), rest = 1 - s;
+  const double s = std::clamp(share, 0.0, 1.0), left = 1 - s;
   const Wheels inside =
-      rest * angle_[row] + s * angle_[row + 1] +
+      left * angle_[row] + s * angle_[row + 1] +
       length * length / 6 *
-          ((rest * rest * rest - rest) * acceleration_[row] + (s * s * s - s) * acceleration_[row + 1]);
+          ((left * left * left - left) * acceleration_[row] + (s * s * s - s) * acceleration_[row + 1]);
   return inside + (share - s) * length * rate(t);
 }
 
@@ -117,7 +117,6 @@ PrescribedWheels::PrescribedWheels(const RobotParameters& robot, std::shared_ptr
 
 RobotParameters PrescribedWheels::driven(const RobotParameters& robot) {
   RobotParameters driven = robot;
-  driven.wheels_prescribed = true;
   driven.mu_1.setConstant(robot.J_1 / kDecay);
   driven.dry_friction.setZero();
   return driven;

@@ -18,29 +18,27 @@ inline constexpr std::uint64_t kComparison = 10000000;
 /// Makes the integrator of a model that slips with PaperFeatures or ExtendedFeatures. Each is instantiated in a file
 /// of its own, because it takes long to compile.
 template <class Features>
-std::unique_ptr<MotionIntegrator> make_slip_integrator(Model model, const RobotParameters& robot,
-                                                       const FloorParameters& floor, const State& start,
-                                                       const TorqueProfile& torque, const IntegrationSettings& settings,
-                                                       const MotionSoFar* before) {
-  return visit_law(model, [&](auto law) -> std::unique_ptr<MotionIntegrator> {
+std::unique_ptr<MotionIntegrator> make_slip_integrator(const MotionStart& motion) {
+  return visit_law(motion.model, [&](auto law) -> std::unique_ptr<MotionIntegrator> {
     using Law = typename decltype(law)::Law;
     using Equations = SlipModel<Law, Features>;
-    const Method& method = *find_method(settings.method);
-    const Tolerance tolerance = settings.tolerance();
-    FloorParameters regularized = floor;
-    if (method.is_explicit) regularized.holding_speed = 0;  // its steps would be that much shorter
-    if (Law::kScalesWithReaction) {  // the viscous law's mu_0 depends on nu, whatever the tolerance
-      regularized.nu = effective_regularization_speed(floor.nu, floor.spin_radius, tolerance);
+    const Method& method = *find_method(motion.settings.method);
+    const Tolerance tolerance = motion.settings.tolerance();
+    FloorParameters floor = motion.floor;
+    if (method.is_explicit) floor.holding_speed = 0;  // its steps would be that much shorter
+    if (Law::kScalesWithReaction) {                   // the viscous law's mu_0 depends on nu, whatever the tolerance
+      floor.nu = effective_regularization_speed(floor.nu, floor.spin_radius, tolerance);
     }
     const auto make_method = [&](IntegrationStatistics& statistics) -> std::unique_ptr<SmoothStepper> {
       if (method.make) return method.make(tolerance, statistics);
       return std::make_unique<Radau<Equations>>(tolerance, statistics);
     };
-    const std::uint64_t max_evaluations = method.make         ? kComparison
-                                          : settings.keeps_up ? kRealTime<Equations>
-                                                              : kOffline * kRealTime<Equations>;
-    return std::make_unique<SlipIntegrator<Equations>>(Equations(robot, regularized), torque, start, tolerance,
-                                                       max_evaluations, make_method, before);
+    const std::uint64_t max_evaluations = method.make                ? kComparison
+                                          : motion.settings.keeps_up ? kRealTime<Equations>
+                                                                     : kOffline * kRealTime<Equations>;
+    const Equations equations(motion.robot, floor, {}, motion.torque.prescribes_wheels());
+    return std::make_unique<SlipIntegrator<Equations>>(equations, motion.torque, motion.start, tolerance,
+                                                       max_evaluations, make_method, motion.before);
   });
 }
 

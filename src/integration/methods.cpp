@@ -15,18 +15,12 @@ class ExtendedFeatures;
 
 // In make_slip_integrator.h
 template <class Features>
-std::unique_ptr<MotionIntegrator> make_slip_integrator(Model model, const RobotParameters& robot,
-                                                       const FloorParameters& floor, const State& start,
-                                                       const TorqueProfile& torque, const IntegrationSettings& settings,
-                                                       const MotionSoFar* before);
+std::unique_ptr<MotionIntegrator> make_slip_integrator(const MotionStart& motion);
 
-const std::vector<std::string>& method_names() {
-  static const std::vector<std::string> kNames = [] {
-    std::vector<std::string> all;
-    for (const Method& method : methods()) all.push_back(method.name);
-    return all;
-  }();
-  return kNames;
+std::vector<std::string> method_names() {
+  std::vector<std::string> names;
+  for (const Method& method : methods()) names.push_back(method.name);
+  return names;
 }
 
 double effective_regularization_speed(double nu, double spin_radius, const Tolerance& tolerance) {
@@ -65,14 +59,11 @@ std::string refusal(const Method& method, const RobotParameters& robot, Model mo
   return "one that integrates rollers without inertia, which only radau does: robot.roller_inertia is 0";
 }
 
-std::unique_ptr<MotionIntegrator> make_integrator(Model model, const RobotParameters& robot,
-                                                  const FloorParameters& floor, const State& start,
-                                                  const TorqueProfile& torque, const IntegrationSettings& settings,
-                                                  bool extended, const MotionSoFar* before) {
-  if (!slips(model)) return std::make_unique<NoSlipIntegrator>(robot, floor, torque, settings.tolerance(), before);
-  if (!find_method(settings.method)) throw std::invalid_argument(settings.method + ": no method of integration");
-  return extended ? make_slip_integrator<ExtendedFeatures>(model, robot, floor, start, torque, settings, before)
-                  : make_slip_integrator<PaperFeatures>(model, robot, floor, start, torque, settings, before);
+std::unique_ptr<MotionIntegrator> make_integrator(const MotionStart& motion) {
+  if (!slips(motion.model)) return std::make_unique<NoSlipIntegrator>(motion);
+  const std::string& method = motion.settings.method;
+  if (!find_method(method)) throw std::invalid_argument(method + ": no method of integration");
+  return motion.extended ? make_slip_integrator<ExtendedFeatures>(motion) : make_slip_integrator<PaperFeatures>(motion);
 }
 
 }  // namespace youbot_base_sim

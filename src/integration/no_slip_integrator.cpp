@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "youbot_base_sim/integration/methods.h"
 #include "youbot_base_sim/integration/smooth_stepper.h"
 
 namespace youbot_base_sim {
@@ -49,16 +48,15 @@ class NoSlipSystem final : public SmoothSystem {
 
 }  // namespace
 
-NoSlipIntegrator::NoSlipIntegrator(const RobotParameters& robot, const FloorParameters& floor,
-                                   const TorqueProfile& torque, const Tolerance& tolerance, const MotionSoFar* before)
-    : robot_(robot),
-      floor_(floor),
-      torque_(torque),
-      model_(robot, floor, {}),
+NoSlipIntegrator::NoSlipIntegrator(const MotionStart& motion)
+    : robot_(motion.robot),
+      floor_(motion.floor),
+      torque_(motion.torque),
+      model_(robot_, floor_, {}),
       max_first_step_(10 / model_.max_decay_rate()),
       next_step_(max_first_step_),
-      statistics_(before ? before->statistics : IntegrationStatistics()),
-      method_(find_method(method(robot))->make(share_of(tolerance, 0.1), statistics_)) {}
+      statistics_(motion.before ? motion.before->statistics : IntegrationStatistics()),
+      method_(find_method(method(robot_))->make(share_of(motion.settings.tolerance(), 0.1), statistics_)) {}
 
 // Steps end at t_end. Those that it cuts short do not lose the length worth trying.
 void NoSlipIntegrator::advance(State& x, double t, double t_end, double) {

@@ -1,7 +1,4 @@
 #include "make_slip_integrator.h"
 
 template std::unique_ptr<youbot_base_sim::MotionIntegrator>
-youbot_base_sim::make_slip_integrator<youbot_base_sim::PaperFeatures>(Model, const RobotParameters&,
-                                                                      const FloorParameters&, const State&,
-                                                                      const TorqueProfile&, const IntegrationSettings&,
-                                                                      const MotionSoFar*);
+youbot_base_sim::make_slip_integrator<youbot_base_sim::PaperFeatures>(const MotionStart&);

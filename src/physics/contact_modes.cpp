@@ -13,7 +13,7 @@ constexpr double kResolve = 0.8;
 
 ContactModes::ContactModes(const RobotParameters& robot, const Wheels& phi, double max_located_rate)
     : geometry_(robot),
-      resting_angle_(static_cast<std::size_t>(kWheels * robot.rollers), 0.0),
+      angle_off_floor_(static_cast<std::size_t>(kWheels * robot.rollers), 0.0),
       max_located_dphi_(max_located_rate * geometry_.pitch()),
       min_averaged_dphi_(kResolve * max_located_dphi_),
       rollers_(robot.rollers),
@@ -43,8 +43,8 @@ void ContactModes::set_roller(int i, std::int64_t k) {
 }
 
 void ContactModes::switch_roller(int i, std::int64_t k, State& x) {
-  resting_angle_[index(i, wrapped(roller_[i], rollers_))] = x.gamma()[i];
-  x.gamma()[i] = resting_angle_[index(i, wrapped(k, rollers_))];
+  angle_off_floor_[index(i, wrapped(roller_[i], rollers_))] = x.gamma()[i];
+  x.gamma()[i] = angle_off_floor_[index(i, wrapped(k, rollers_))];
   set_roller(i, k);
   if (rate_at_switch_ == RollerRateAtSwitch::kContinuous) return;
   // The bearing of the roller that leaves takes its energy.

@@ -1,4 +1,4 @@
-#include "youbot_base_sim/physics/floor_patches.h"
+#include "youbot_base_sim/physics/parameters.h"
 
 namespace youbot_base_sim {
 
@@ -19,15 +19,15 @@ Wheels share(const FloorPatch& patch, const Wheels& X, const Wheels& Y) {
 
 }  // namespace
 
-Wheels FloorPatches::friction(const Wheels& X, const Wheels& Y) const {
-  Wheels f = f_;
-  for (const FloorPatch& patch : patches_) f += (patch.friction - f) * share(patch, X, Y);
-  return f;
+Wheels FloorParameters::friction_at(const Wheels& X, const Wheels& Y) const {
+  Wheels at = f;
+  for (const FloorPatch& patch : patches) at += (patch.friction - at) * share(patch, X, Y);
+  return at;
 }
 
-double FloorPatches::max_distance(const Wheels& X, const Wheels& Y) const {
+double FloorParameters::max_distance(const Wheels& X, const Wheels& Y) const {
   double distance = kInfinity;
-  for (const FloorPatch& patch : patches_) {
+  for (const FloorPatch& patch : patches) {
     // Distance from the rectangle's outline, from outside or inside.
     const Wheels out_X = (patch.x0 - X).max(X - patch.x1), out_Y = (patch.y0 - Y).max(Y - patch.y1);
     const Wheels outside = (out_X.max(0).square() + out_Y.max(0).square()).sqrt(), inside = -out_X.max(out_Y).min(0);

@@ -12,7 +12,11 @@ Eigen::Matrix3d weighted_square(const Eigen::Matrix<double, kWheels, 3>& A, cons
 }  // namespace
 
 NoSlipModel::NoSlipModel(const RobotParameters& bare, const FloorParameters& floor, const AppliedLoads& applied)
-    : robot_(loaded(bare, applied.loads)), platform_(robot_), dry_(robot_), kinematics_(robot_) {
+    : robot_(loaded(bare, applied.loads)),
+      platform_(robot_),
+      dry_(robot_),
+      kinematics_(robot_),
+      external_(robot_, floor, applied.wrenches) {
   const RobotParameters& robot = robot_;
   const Wheels tan = robot.tan_delta();
   rolling_ << Eigen::Vector4d::Ones(), tan.matrix(), (robot.rho_X() * tan - robot.rho_Y()).matrix();
@@ -22,7 +26,6 @@ NoSlipModel::NoSlipModel(const RobotParameters& bare, const FloorParameters& flo
   inertia_ = platform_.M_v + weighted_square(rolling_, Wheels::Constant(robot.J_1));
   inertia_inverse_ = inverse(inertia_);
   damping_ = weighted_square(rolling_, robot.mu_1) + weighted_square(roller_rolling_, robot.mu_2);
-  if (floor.slope != 0 || !applied.wrenches.empty()) external_.emplace(robot_, floor, applied.wrenches);
 }
 
 Eigen::Vector3d NoSlipModel::dry_friction(const Eigen::Vector3d& v) const {

@@ -20,7 +20,7 @@ TippedOver::TippedOver(double t, Side side)
       time_(t),
       side_(side) {}
 
-Reactions::Reactions(const RobotParameters& robot, const Inertia& inertia, double normal_gravity)
+Reactions::Reactions(const RobotParameters& robot, const Inertia& inertia, double normal_gravity, double friction_arm)
     : m_(robot.m),
       m_s_(robot.m_s()),
       a_X_(robot.a_X),
@@ -28,7 +28,7 @@ Reactions::Reactions(const RobotParameters& robot, const Inertia& inertia, doubl
       a_Z_(robot.a_Z),
       J_1_(robot.J_1),
       R_(robot.R),
-      friction_arm_(robot.friction_arm()),
+      friction_arm_(friction_arm),
       q_(robot.q),
       g_n_(normal_gravity),
       rocks_(robot.load_sharing != LoadSharing::kEqualWheels),
@@ -41,7 +41,7 @@ Reactions::Reactions(const RobotParameters& robot, const Inertia& inertia, doubl
     by_force_Y_[k] = m_ * a_Z_ * (inverse(1, k) + a_X_ * inverse(2, k));
   }
   // Drives of prescribed wheels also exert the reaction of friction on the body.
-  pitch_by_F_X_ = by_force_X_[0] + (robot.R - robot.friction_arm());
+  pitch_by_F_X_ = by_force_X_[0] + (robot.R - friction_arm);
 }
 
 Reactions::Solution Reactions::lift(const Conditions& conditions, double weight, const Wheels& N) const {

@@ -65,7 +65,7 @@ struct GentleRobot {
   }
   std::unique_ptr<MotionIntegrator> integration(const State& start, const TorqueProfile& torque,
                                                 const IntegrationSettings& settings) const {
-    return make_integrator(Model::kCoulomb, robot, floor, start, torque, settings);
+    return make_integrator({Model::kCoulomb, robot, floor, start, torque, settings});
   }
   RobotParameters robot;
   FloorParameters floor;
@@ -435,14 +435,15 @@ TEST_P(MethodTest, RefusesRollersWithoutInertiaUnlessItIsRadau) {
 
 TEST(Methods, TheTableNamesEachMethodOnce) {
   EXPECT_EQ(methods().front().name, IntegrationSettings().method);  // the default comes first
-  EXPECT_EQ(methods().size(), method_names().size());
+  const std::vector<std::string> names = method_names();
+  EXPECT_EQ(methods().size(), names.size());
   EXPECT_EQ(methods().size(), kKnown.size());
   for (std::size_t k = 0; k < methods().size(); ++k) {
-    EXPECT_EQ(methods()[k].name, method_names()[k]);
+    EXPECT_EQ(methods()[k].name, names[k]);
     ASSERT_NE(find_method(methods()[k].name), nullptr);
     EXPECT_EQ(find_method(methods()[k].name)->name, methods()[k].name);
     EXPECT_FALSE(methods()[k].description.empty());
-    EXPECT_EQ(std::count(method_names().begin(), method_names().end(), method_names()[k]), 1);
+    EXPECT_EQ(std::count(names.begin(), names.end(), names[k]), 1);
   }
   EXPECT_EQ(find_method("euler"), nullptr);
   EXPECT_EQ(find_method(""), nullptr);

@@ -440,7 +440,7 @@ TEST(Radau, RollersWithoutInertiaAreTheLimitOfLight) {
     const State x = stepped(motion.system(), start, 0.02, 0.06, 80);
     if (J_2 == 0) {
       // What is left of the rollers' equation is a balance, and holds.
-      const Contacts c = motion.model.contacts(x.velocities(), x.phi());  // all wheels on roller 0
+      const Contacts c = contacts_of(motion.model, x.velocities(), x.phi());  // all wheels on roller 0
       const Wheels left = c.r_Y * c.F_Y - c.r_X * c.F_X - robot.mu_2 * x.dgamma();
       EXPECT_LT(left.abs().maxCoeff(), 1e-8 * (c.r_Y * c.F_Y).abs().maxCoeff());
       // It has an error estimate, of more than nothing.

@@ -197,7 +197,7 @@ TEST(BeyondModelTest, DampingIsTheDerivativeOfTheForces) {
       return motion.model.forces(u, system.contacts(u, x.phi(), x.pose(), M), M);
     };
     const double step = 1e-7;
-    const double scale = 2e-5 * G.contact_stiffness().maxCoeff();
+    const double scale = 2e-5 * (G.platform_platform[0][0] + G.platform_platform[1][1]).maxCoeff();
     for (int k = 0; k < 3; ++k) {
       Velocities above = x.velocities(), below = above;
       above.v[k] += step;
@@ -277,7 +277,7 @@ TEST(BeyondModelTest, CouplingCompletesTheDerivativeOfTheForces) {
     const RobotParameters& robot = motion.model.robot();
     const Inertia& inertia = motion.model.inertia();
     const Velocities u = x.velocities();
-    const double step = 1e-7, stiffness = G.contact_stiffness().maxCoeff();
+    const double step = 1e-7, stiffness = (G.platform_platform[0][0] + G.platform_platform[1][1]).maxCoeff();
     const double allowed = (std::pow(step / motion.model.regularization_speed(), 2) + kRounding) * stiffness;
     for (int k = 0; k < 11; ++k) {
       Velocities du = {Wheels::Zero(), Wheels::Zero(), Wheels::Zero()};

@@ -36,12 +36,12 @@ TEST_F(ContactModesTest, RollersKeepTheAngleWithWhichTheyLeaveTheFloor) {
   x.dgamma() << 5, 6, 7, 8;
   modes.switch_roller(0, 1, x);
   EXPECT_EQ(modes.roller(0), 1);
-  EXPECT_EQ(modes.resting_angle(0, 0), 1);
+  EXPECT_EQ(modes.angle_off_floor(0, 0), 1);
   EXPECT_EQ(x.gamma()[0], 0);  // as roller 1 was before the motion
   EXPECT_EQ(x.dgamma()[0], 5);
   x.gamma()[0] = 0.5;
   modes.switch_roller(0, 6, x);  // the same roller as 0
-  EXPECT_EQ(modes.resting_angle(0, 1), 0.5);
+  EXPECT_EQ(modes.angle_off_floor(0, 1), 0.5);
   EXPECT_EQ(x.gamma()[0], 1);
   EXPECT_EQ(x.work(), 0);
   EXPECT_TRUE((x.gamma().tail<3>() == Eigen::Array3d{2, 3, 4}).all());

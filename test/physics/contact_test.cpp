@@ -160,7 +160,7 @@ TEST(Contacts, SlipIsTheVelocityOfTheRollersMaterialPoint) {
     const PaperModel<CoulombLaw> model(robot, {});
     Wheels phi_center = Wheels{-3, -1, 0, 5} * model.geometry().pitch();
     const State state = random_state(random, robot, phi_center, random.uniform(0, 0.3));
-    const Contacts contacts = model.contacts(state.velocities(), state.phi() - phi_center);
+    const Contacts contacts = contacts_of(model, state.velocities(), state.phi() - phi_center);
     for (int i = 0; i < kWheels; ++i) {
       const double phi_tilde = state.phi()[i] - phi_center[i];
       const Vector3d V_P = AngleAxisd(-state.psi(), Vector3d::UnitZ()) *

@@ -59,7 +59,7 @@ TYPED_TEST(DrySlipModel, BrakesWheelsAndRollersAndNothingElse) {
   const DryBearings dry(robot);
   const Velocities u{{0.4, -0.3, 0.5, 0}, {0.01, -7, 12, -0.2}, {1, -40, 0.3, 90}};
   const Wheels M{1, 2, -1, 0.5};
-  const Contacts c = with.contacts(u, Wheels{0.1, -0.2, 0.3, 0});
+  const Contacts c = contacts_of(with, u, Wheels{0.1, -0.2, 0.3, 0});
   const Velocities change = with.forces(u, c, M) - without.forces(u, c, M);
   EXPECT_TRUE((change.v == 0).all());
   constexpr double kRounding = 1e-11;  // of the contacts' torques, up to 1e3 N m in model 2a
@@ -74,15 +74,15 @@ TYPED_TEST(DrySlipModel, DampingMatrixIsTheDerivativeOfTheForces) {
   const Velocities u{{0.4, -0.3, 0.5, 0}, {0.01, -7, 12, -0.2}, {1, -40, 0.3, 90}};
   const Wheels phi{0.1, -0.2, 0.3, 0};
   DampingMatrix G;
-  model.damping(u, model.contacts(u, phi), G);
+  model.damping(u, contacts_of(model, u, phi), G);
   constexpr double d = 1e-6;
   for (int i = 0; i < kWheels; ++i) {
     const auto slope = [&](Wheels Velocities::*rate) {
       Velocities above = u, below = u;
       (above.*rate)[i] += d;
       (below.*rate)[i] -= d;
-      const Velocities rise = model.forces(above, model.contacts(above, phi), Wheels::Zero()) -
-                              model.forces(below, model.contacts(below, phi), Wheels::Zero());
+      const Velocities rise = model.forces(above, contacts_of(model, above, phi), Wheels::Zero()) -
+                              model.forces(below, contacts_of(model, below, phi), Wheels::Zero());
       return -(rise.*rate)[i] / (2 * d);
     };
     EXPECT_NEAR(slope(&Velocities::dphi), G.dphi_dphi[i], 1e-7 * (1 + G.dphi_dphi[i])) << i;

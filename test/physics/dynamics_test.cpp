@@ -40,7 +40,7 @@ TYPED_TEST(SlipModelTest, AgreesWithAnIndependentSolver) {
     state.dphi() = wheels(golden.velocities + 3);
     state.dgamma() = wheels(golden.velocities + 7);
     const Wheels M = wheels(golden.torques);
-    const Contacts contacts = model.contacts(state.velocities(), state.phi());
+    const Contacts contacts = contacts_of(model, state.velocities(), state.phi());
     State derivative;
     model.derivative(state, contacts, M, derivative);
 
@@ -69,7 +69,7 @@ TYPED_TEST(SlipModelTest, CoordinatesFollowTheVelocities) {
   const TypeParam model(robot, {});
   const State state = random_state(random, robot, Wheels::Zero(), 1e-3);
   State derivative;
-  model.derivative(state, model.contacts(state.velocities(), state.phi()), Wheels::Zero(), derivative);
+  model.derivative(state, contacts_of(model, state.velocities(), state.phi()), Wheels::Zero(), derivative);
   const std::complex<double> velocity =
       std::complex<double>(state.V_X(), state.V_Y()) * std::polar(1.0, state.psi());  // (3.1)
   EXPECT_NEAR(derivative.x(), velocity.real(), 1e-15);
@@ -116,7 +116,7 @@ TYPED_TEST(SlipModelTest, PowerBalanceIsExact) {
     const Wheels phi_center = Wheels{-2, 0, 1, 7} * model.geometry().pitch();
     const State state = random_state(random, robot, phi_center, floor.nu * std::pow(10, trial % 6 - 3));
     const Wheels M = random.wheels(-3, 3);
-    const Contacts contacts = model.contacts(state.velocities(), state.phi() - phi_center);
+    const Contacts contacts = contacts_of(model, state.velocities(), state.phi() - phi_center);
     State derivative;
     model.derivative(state, contacts, M, derivative);
     // The energy is quadratic in the velocities: its slope is a difference over any length, exactly. One as long as
@@ -283,7 +283,7 @@ struct SharedMotion {
     state.dgamma() = motion.random.wheels(-10, 10) * slip;
     state.dphi()[i] = 0;
     const auto friction = [&](double phi_tilde) {
-      return motion.model.contacts(state.velocities(), Wheels::Constant(phi_tilde)).F_X[i];
+      return contacts_of(motion.model, state.velocities(), Wheels::Constant(phi_tilde)).F_X[i];
     };
     const double edge = kPi / motion.robot.rollers;
     TorqueSegment segment{0, motion.random.wheels(-1, 1), motion.random.wheels(-1, 1), motion.random.wheels(-1, 1),
@@ -374,8 +374,8 @@ TYPED_TEST(SlipModelTest, PowerBalanceIsExactWithMixedContacts) {
       const Contacts c = system.contacts(u, x.phi(), x.pose(), M);
       Wheels friction = friction_power(c);
       const double edge = kPi / robot.rollers, alpha = system.sharing(i, x, t).alpha;
-      friction[i] = alpha * friction_power(shared.motion.model.contacts(u, Wheels::Constant(-edge)))[i] +
-                    (1 - alpha) * friction_power(shared.motion.model.contacts(u, Wheels::Constant(edge)))[i];
+      friction[i] = alpha * friction_power(contacts_of(shared.motion.model, u, Wheels::Constant(-edge)))[i] +
+                    (1 - alpha) * friction_power(contacts_of(shared.motion.model, u, Wheels::Constant(edge)))[i];
       const Wheels power = M * u.dphi - robot.mu_1 * u.dphi.square() - robot.mu_2 * u.dgamma.square() + friction;
       // What rounds is the power that passes through each wheel and contact, at speeds of up to 1 m/s; of a held wheel,
       // through either roller.
@@ -408,7 +408,7 @@ TYPED_TEST(SlipModelTest, ForcesAreInertiaTimesAccelerations) {
   for (unsigned seed = 0; seed < 5; ++seed) {
     Motion<TypeParam> motion(400 + seed, 1);
     const Velocities u = motion.state.velocities();
-    const Contacts contacts = motion.model.contacts(u, motion.state.phi() - motion.phi_center);
+    const Contacts contacts = contacts_of(motion.model, u, motion.state.phi() - motion.phi_center);
     const Wheels M = motion.torque.value(motion.kTime);
     State derivative;
     motion.system(motion.state, derivative, motion.kTime);

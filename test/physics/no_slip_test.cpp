@@ -33,7 +33,7 @@ TEST(NoSlipModel, RollsWithoutSlip) {
     state.values.col(1).head<3>() = random_vector(random).array();
     state.phi() = phi_center;  // phi~ = 0
     NoSlipModel(robot).constrain(state);
-    const Contacts contacts = slip_model.contacts(state.velocities(), state.phi() - phi_center);
+    const Contacts contacts = contacts_of(slip_model, state.velocities(), state.phi() - phi_center);
     // Speeds of 1 m/s cancel.
     EXPECT_LT(contacts.V_PX.abs().maxCoeff(), 2e-15);
     EXPECT_LT(contacts.V_PY.abs().maxCoeff(), 2e-15);
@@ -162,7 +162,7 @@ TEST(NoSlipModel, IsTheLimitOfModel2a) {
       State state = rolling;
       state.dphi() += deviation.head<4>().array();
       state.dgamma() += deviation.tail<4>().array();
-      slip_model.derivative(state, slip_model.contacts(state.velocities(), state.phi()), M, derivative);
+      slip_model.derivative(state, contacts_of(slip_model, state.velocities(), state.phi()), M, derivative);
       Vector8 result;
       result << (derivative.dphi() - no_slip_model.dphi(derivative.velocity())) * robot.J_1,
           (derivative.dgamma() - no_slip_model.dgamma(derivative.velocity())) * robot.J_2;

@@ -85,4 +85,13 @@ auto difference(Function&& f, double h) {
   return ((8 * (f(h) - f(-h)) - (f(2 * h) - f(-2 * h))) / (12 * h)).eval();
 }
 
+/// Contacts of rollers at the wheel angles phi_tilde (rad), under the normal reactions of the base at rest.
+template <class Model>
+typename Model::Contacts contacts_of(const Model& model, const Velocities& u, const Wheels& phi_tilde) {
+  typename Model::Contacts c;
+  model.evaluate_kinematics(u, model.geometry().at(phi_tilde), {}, c);
+  model.apply_static_normal_force(c);
+  return c;
+}
+
 }  // namespace youbot_base_sim

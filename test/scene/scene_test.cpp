@@ -544,7 +544,7 @@ double effect_of_extended_equations(const Scene& scene) {
   for (const bool extended : {false, true}) {
     const std::unique_ptr<TorqueProfile> torque = make_torque_profile(scene);
     torque->begin_segment(0);
-    make_integrator(scene.model, scene.robot, scene.floor, scene.initial, *torque, scene.solver, extended)
+    make_integrator({scene.model, scene.robot, scene.floor, scene.initial, *torque, scene.solver, extended})
         ->advance(ends[extended], 0, 0.05, 0.05);
   }
   return (ends[0].values - ends[1].values).abs().maxCoeff();

@@ -60,6 +60,7 @@ class PrescribedWheels : public TorqueProfile {
 
   Wheels value(double t) const override;
   double max_step(double t) const override { return motion_->max_step(t); }
+  bool prescribes_wheels() const override { return true; }
 
   /// Torque of the drives of `robot` at time t (s), N m: at wheel rates dphi (rad/s) under the friction F_X (N).
   Wheels reaction(const RobotParameters& robot, const Wheels& dphi, const Wheels& F_X, double t) const;

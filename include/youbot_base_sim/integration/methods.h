@@ -27,7 +27,7 @@ struct Method {
 
 /// All of them, the default one first; and their names.
 const std::vector<Method>& methods();
-const std::vector<std::string>& method_names();
+std::vector<std::string> method_names();
 
 /// The method of that name; null if there is none.
 const Method* find_method(const std::string& name);
@@ -57,12 +57,20 @@ std::string advice(const RobotParameters& robot, const FloorParameters& floor, M
 /// The reason why `method` cannot integrate this robot, in words for an error message; empty if it can.
 std::string refusal(const Method& method, const RobotParameters& robot, Model model);
 
-/// Makes the integrator of `model` from `start` at t = 0 by the method of that name, which must not be refused; model 1
-/// has its own. Throws std::invalid_argument for an unknown name. `torque` must outlive the result. Without `extended`
-/// parameters beyond the paper have no effect on models 2a and 2b. With `before` the motion continues another one's.
-std::unique_ptr<MotionIntegrator> make_integrator(Model model, const RobotParameters& robot,
-                                                  const FloorParameters& floor, const State& start,
-                                                  const TorqueProfile& torque, const IntegrationSettings& settings,
-                                                  bool extended = false, const MotionSoFar* before = nullptr);
+/// A motion from `start` at t = 0, or one that continues another one's there.
+struct MotionStart {
+  Model model;
+  const RobotParameters& robot;
+  const FloorParameters& floor;
+  const State& start;
+  const TorqueProfile& torque;
+  const IntegrationSettings& settings;
+  bool extended = false;                ///< else parameters beyond the paper have no effect on models 2a and 2b
+  const MotionSoFar* before = nullptr;  ///< what it continues, if anything
+};
+
+/// Makes an integrator by the method of the settings, which must not be refused; model 1 has its own. Throws
+/// std::invalid_argument for an unknown name. `motion.torque` must outlive the result.
+std::unique_ptr<MotionIntegrator> make_integrator(const MotionStart& motion);
 
 }  // namespace youbot_base_sim

@@ -28,7 +28,7 @@ struct MotionSoFar {
   std::optional<ContactModes> contacts;  ///< none in model 1, and where contacts begin anew
   IntegrationStatistics statistics;
   std::optional<ReactionRecord> reactions;  ///< none where they are static
-  std::vector<RollerSwitch> switches;       ///< that were not taken
+  std::vector<RollerSwitch> switches;       ///< not yet taken
 };
 
 /// Integrates the motion of one model by one method.

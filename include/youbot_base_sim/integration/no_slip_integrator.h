@@ -2,6 +2,7 @@
 
 #include <memory>
 
+#include "youbot_base_sim/integration/methods.h"
 #include "youbot_base_sim/integration/motion_integrator.h"
 #include "youbot_base_sim/integration/smooth_stepper.h"
 #include "youbot_base_sim/integration/tolerance.h"
@@ -16,9 +17,7 @@ namespace youbot_base_sim {
 /// that spins fast goes astray by its errors in the heading.
 class NoSlipIntegrator : public MotionIntegrator {
  public:
-  /// `torque` must outlive the integration. The statistics continue those of `before`, unless that is null.
-  NoSlipIntegrator(const RobotParameters& robot, const FloorParameters& floor, const TorqueProfile& torque,
-                   const Tolerance& tolerance, const MotionSoFar* before);
+  explicit NoSlipIntegrator(const MotionStart& motion);
 
   /// The method that a robot needs: dopri5 or rosenbrock4.
   static const char* method(const RobotParameters& robot) {

@@ -56,7 +56,7 @@ void follow_friction(const SlipSystem<Model>& system, const typename Model::Fric
                      const typename Model::Contacts& c, const Wheels& phi, double share, Velocities& u) {
   if constexpr (Model::kSaturates) {
     const Model& model = system.model();
-    if (model.robot().wheels_prescribed) return;
+    if (model.wheels_prescribed()) return;
     const ContactModes& modes = system.modes();
     const ContactGeometry g = modes.mixed() ? modes.geometry(phi) : model.geometry().at(phi - modes.center());
     const auto& force = Model::Features::force(F);

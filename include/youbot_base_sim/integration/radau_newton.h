@@ -74,8 +74,8 @@ class RadauMatrix {
   std::array<ReactionCoupling, 3> couplings_;
 };
 
-/// When Newton's corrections are small enough: by their rate theta, or the factor omega of quadratic convergence
-/// (docs/method.md, "Convergence").
+/// Decides when Newton's corrections are small enough: by their rate theta, or the factor omega of quadratic
+/// convergence (docs/method.md, "Convergence").
 class RadauConvergence {
  public:
   /// At most a fraction of the regularization speed, however large the tolerance. Prescribed wheels do work against
@@ -83,7 +83,7 @@ class RadauConvergence {
   template <class Model>
   void set_tolerance(const SlipSystem<Model>& system, const Velocities& error_scale, double relative_tolerance) {
     Velocities regularization = regularization_velocities(system.model());
-    if (system.model().robot().wheels_prescribed) {
+    if (system.model().wheels_prescribed()) {
       const double rounding =
           (system.reacts() ? kReactingRounding : kRounding) / (radau_options.convergence * regularization.v[0]);
       regularization = std::min(1.0, std::max(1e3 * relative_tolerance, rounding)) * regularization;
@@ -295,7 +295,7 @@ class RadauNewton {
   RadauMatrix<Model> matrix_;
   StageVelocities forces_;
   alignas(kAlignment) std::array<Wheels, RadauTableau::stages> torque_;
-  Evaluation evaluated_;  // where the last correction began
+  Evaluation evaluated_;  // at the start of the last correction
   StageVelocities correction_;
   std::array<Wheels, 3> dN_;  // what the last correction adds to dynamic reactions
 };

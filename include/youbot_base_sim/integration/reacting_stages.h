@@ -17,22 +17,22 @@ class ReactingStages {
 
   /// Turns u from u_0 into the solution; dN is the change of the reactions at each stage, N. `K` is factorized.
   static void correct(const BorderedStages<s>& K, const Couplings& couplings, Vector& u, std::array<Wheels, s>& dN) {
-    Moments rest = moments(couplings, u), y;
+    Moments left = moments(couplings, u), y;
     y.fill(Wheels::Zero());
-    const double enough = kEnough * kEnough * product(rest, rest);
+    const double enough = kEnough * kEnough * product(left, left);
     for (int iteration = 0; iteration < 3 * s; ++iteration) {  // y has 3 s components
       Vector change;
-      K.solve(forces(couplings, rest), change);
+      K.solve(forces(couplings, left), change);
       const Moments answered = moments(couplings, change);
       Moments fall;  // of what is left, if all of it is added to y
-      for (int j = 0; j < s; ++j) fall[j] = rest[j] - answered[j];
-      const double length = product(fall, rest) / std::max(product(fall, fall), std::numeric_limits<double>::min());
+      for (int j = 0; j < s; ++j) fall[j] = left[j] - answered[j];
+      const double length = product(fall, left) / std::max(product(fall, fall), std::numeric_limits<double>::min());
       for (int j = 0; j < s; ++j) {
         u[j] = u[j] + length * change[j];
-        y[j] += length * rest[j];
-        rest[j] -= length * fall[j];
+        y[j] += length * left[j];
+        left[j] -= length * fall[j];
       }
-      if (!(product(rest, rest) > enough)) break;
+      if (!(product(left, left) > enough)) break;
     }
     for (int j = 0; j < s; ++j) {
       const auto& N = couplings[j].N;

@@ -165,16 +165,16 @@ class SlipSystem final : public ContactSystem {
   }
 
   Sharing sharing(int i, const State& x, double t) const override {
-    const SharedContact<Model> contact = resting_contact(i, x, t);
+    const SharedContact<Model> contact = held_contact(i, x, t);
     // A prescribed wheel keeps to its angles and never rests between rollers.
-    return {contact.alpha(), contact.attractive() && !model_.robot().wheels_prescribed,
-            contact.error_of_rest(x.dphi()[i]), contact.kick()};
+    return {contact.alpha(), contact.attractive() && !model_.wheels_prescribed(), contact.hold_error(x.dphi()[i]),
+            contact.kick()};
   }
 
   void enter_sliding(int i, std::int64_t k, State& x, double t) override {
     const RobotParameters& robot = model_.robot();
     const double energy = kinetic_energy(robot, x);
-    const Eigen::Vector4d P = resting_contact(i, x, t).impulse(x.dphi()[i]);
+    const Eigen::Vector4d P = held_contact(i, x, t).impulse(x.dphi()[i]);
     const Eigen::Vector3d dv = product(model_.inertia().M_v_inverse, Eigen::Vector3d(P.head<3>()));
     x.values.col(1) += Wheels{dv[0], dv[1], dv[2], 0};
     if (robot.J_2 > 0) x.dgamma()[i] += P[3] / robot.J_2;
@@ -261,7 +261,7 @@ class SlipSystem final : public ContactSystem {
     model_.apply_normal_force_of(c, rollers);
   }
   // The shared contact of wheel i if it rests in state x at time t.
-  SharedContact<Model> resting_contact(int i, const State& x, double t) const {
+  SharedContact<Model> held_contact(int i, const State& x, double t) const {
     Velocities u = x.velocities();
     WheelMask shared = modes_.shared();
     if (!shared[i]) {

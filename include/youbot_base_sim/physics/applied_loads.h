@@ -22,7 +22,7 @@ struct Load {
 /// A force and a torque that act on the base from outside.
 struct Wrench {
   Eigen::Vector3d force = Eigen::Vector3d::Zero();  ///< W, N; (W_X, W_Y) in the platform's frame, or in the fixed one
-  Eigen::Vector3d point = Eigen::Vector3d::Zero();  ///< where it acts, from O at the height of the axles, m: platform
+  Eigen::Vector3d point = Eigen::Vector3d::Zero();  ///< of action, from O at the height of the axles, m: platform
   double torque = 0;                                ///< about OZ, N m
   bool fixed = false;                               ///< true if the force keeps its direction in the fixed frame
 

@@ -71,7 +71,7 @@ class ContactModes {
   const Ids& ids() const { return ids_; }
 
   /// Angle about its own axis at which roller k (0 .. n-1) of wheel i left the floor, rad.
-  double resting_angle(int i, int k) const { return resting_angle_[index(i, k)]; }
+  double angle_off_floor(int i, int k) const { return angle_off_floor_[index(i, k)]; }
 
   /// Stands wheel i on roller k (unwrapped number).
   void set_roller(int i, std::int64_t k);
@@ -119,7 +119,7 @@ class ContactModes {
   bool shares_ = false, averages_ = false;
   Ids ids_ = Ids::Zero();
   std::array<std::int64_t, kWheels> roller_{}, lower_roller_{};
-  std::vector<double> resting_angle_;
+  std::vector<double> angle_off_floor_;
   double max_located_dphi_, min_averaged_dphi_;  // rad/s
   int rollers_;
   double J_2_;

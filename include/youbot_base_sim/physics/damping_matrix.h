@@ -13,9 +13,6 @@ struct alignas(kAlignment) DampingMatrix {
   std::array<Wheels, 3> platform_dphi, platform_dgamma;
   std::array<Wheels, 3> dphi_platform, dgamma_platform;
   Wheels dphi_dphi, dphi_dgamma, dgamma_dphi, dgamma_dgamma;
-
-  /// Resistance of each contact to slip: the trace of its stiffness, N s/m.
-  Wheels contact_stiffness() const { return platform_platform[0][0] + platform_platform[1][1]; }
 };
 
 }  // namespace youbot_base_sim

@@ -7,7 +7,6 @@
 #include "youbot_base_sim/physics/contact_friction.h"
 #include "youbot_base_sim/physics/contact_modes.h"
 #include "youbot_base_sim/physics/contacts.h"
-#include "youbot_base_sim/physics/floor_patches.h"
 #include "youbot_base_sim/physics/inertia.h"
 #include "youbot_base_sim/physics/reactions.h"
 #include "youbot_base_sim/physics/roller_geometry.h"
@@ -55,21 +54,20 @@ class ExtendedFeatures {
       &Contacts::V_PX, &Contacts::V_PY, &Contacts::F_X, &Contacts::F_Y, &Contacts::Delta_Y, &Contacts::M_Z,
       &Contacts::V_Z,  &Contacts::F_Z,  &Contacts::M_S, &Contacts::T_S, &Contacts::f};
 
-  /// `robot` and `inertia` are those with the loads.
+  /// `robot` and `inertia` are those with the loads; `friction_arm` is that of friction on a wheel, m.
   ExtendedFeatures(const RobotParameters& robot, const FloorParameters& floor, const Inertia& inertia,
-                   const AppliedLoads& applied)
+                   const AppliedLoads& applied, double friction_arm)
       : rho_X_(robot.rho_X()),
         rho_Y_(robot.rho_Y()),
         R_d_tan_delta_(robot.R_d * robot.tan_delta().abs()),
         reach_(distance(robot.h, robot.l + R_d_tan_delta_.maxCoeff())),
         per_R_(1 / robot.R),
         a_m_(floor.spin_radius),
-        f_(floor.f),
-        patches_(floor),
+        floor_(floor),
         external_(robot, floor, applied.wrenches),
         dynamic_(robot.normal_reactions == NormalReactions::kDynamic),
         static_N_(normal_reactions(robot, floor)),
-        reactions_(robot, inertia, external_.normal_gravity()) {}
+        reactions_(robot, inertia, external_.normal_gravity(), friction_arm) {}
 
   /// Spin, coefficient of friction and what acts on the base at this pose, for contacts whose slip is known.
   void evaluate_kinematics(const Velocities& u, const ContactGeometry& g, const Pose& pose, Contacts& c) const {
@@ -77,7 +75,11 @@ class ExtendedFeatures {
     c.V_Z = a_m_ * (u.v[2] + c.spin * u.dgamma);
     c.pose = pose;
     c.external = external_.at(pose.cosine, pose.sine);
-    c.f = patches_.any() ? friction_at(pose, c.Delta_Y) : f_;
+    c.f = floor_.f;
+    if (has_patches()) {
+      const auto [X, Y] = contact_points(pose, c.Delta_Y);
+      c.f = floor_.friction_at(X, Y);
+    }
     c.tipping = Side::kNone;
   }
 
@@ -123,18 +125,17 @@ class ExtendedFeatures {
   }
 
   /// True if forces on the base depend on its pose.
-  bool by_pose() const { return patches_.any() || external_.by_heading(); }
+  bool by_pose() const { return has_patches() || external_.by_heading(); }
 
   /// The longest step (s) in which no contact point jumps over the soft edge of a patch: the base carries it along, and
   /// a wheel that rotates sweeps it along the axle, as (3.4) says.
   double max_step(const State& x, const ContactModes& modes) const {
-    if (!patches_.any()) return kInfinity;
+    if (!has_patches()) return kInfinity;
     const Wheels Delta_Y = modes.geometry(x.phi()).Delta_Y;
-    Wheels X, Y;
-    contact_points(x.pose(), Delta_Y, X, Y);
+    const auto [X, Y] = contact_points(x.pose(), Delta_Y);
     const double sweep = ((R_d_tan_delta_ + Delta_Y.square() / R_d_tan_delta_) * x.dphi().abs()).maxCoeff();
     const double speed = std::sqrt(x.V_X() * x.V_X() + x.V_Y() * x.V_Y()) + std::abs(x.Omega()) * reach_ + sweep;
-    const double distance = patches_.max_distance(X, Y);  // = speed t + kMaxAcceleration t^2 / 2
+    const double distance = floor_.max_distance(X, Y);  // = speed t + kMaxAcceleration t^2 / 2
     return 2 * distance / (speed + std::sqrt(speed * speed + 2 * kMaxAcceleration * distance));
   }
 
@@ -159,21 +160,16 @@ class ExtendedFeatures {
 
   static double distance(double X, double Y) { return std::sqrt(X * X + Y * Y); }
 
-  void contact_points(const Pose& pose, const Wheels& Delta_Y, Wheels& X, Wheels& Y) const {
+  bool has_patches() const { return !floor_.patches.empty(); }
+  // X and Y in the fixed frame, m
+  std::array<Wheels, 2> contact_points(const Pose& pose, const Wheels& Delta_Y) const {
     const Wheels arm = rho_Y_ + Delta_Y;
-    X = pose.x + pose.cosine * rho_X_ - pose.sine * arm;
-    Y = pose.y + pose.sine * rho_X_ + pose.cosine * arm;
-  }
-  Wheels friction_at(const Pose& pose, const Wheels& Delta_Y) const {
-    Wheels X, Y;
-    contact_points(pose, Delta_Y, X, Y);
-    return patches_.friction(X, Y);
+    return {pose.x + pose.cosine * rho_X_ - pose.sine * arm, pose.y + pose.sine * rho_X_ + pose.cosine * arm};
   }
 
   Wheels rho_X_, rho_Y_, R_d_tan_delta_;
   double reach_, per_R_, a_m_;
-  Wheels f_;
-  FloorPatches patches_;
+  FloorParameters floor_;
   ExternalForces external_;
   bool dynamic_;
   Wheels static_N_;

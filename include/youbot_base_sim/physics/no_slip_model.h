@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <optional>
 
 #include "youbot_base_sim/export.h"
 #include "youbot_base_sim/physics/applied_loads.h"
@@ -52,7 +51,7 @@ class NoSlipModel {
   /// Gravity along the floor and wrenches at heading psi (rad), on v, N and N m.
   Eigen::Vector3d external_force(double psi) const {
     const auto [sine, cosine] = sine_and_cosine(psi);
-    return external_ ? Eigen::Vector3d(external_->at(cosine, sine).v.head<3>()) : Eigen::Vector3d(0, 0, 0);
+    return external_.at(cosine, sine).v.head<3>().matrix();
   }
 
   const RobotParameters& robot() const { return robot_; }  ///< with its loads
@@ -78,7 +77,7 @@ class NoSlipModel {
   Inertia platform_;
   DryBearings dry_;
   Rolling kinematics_;
-  std::optional<ExternalForces> external_;
+  ExternalForces external_;
   WheelsByVelocity rolling_;         // dphi = rolling_ v
   WheelsByVelocity roller_rolling_;  // dgamma = roller_rolling_ v
   Eigen::Matrix3d inertia_, inertia_inverse_;

@@ -27,7 +27,8 @@ class PaperFeatures {
                                                                &Contacts::F_Y,  &Contacts::Delta_Y, &Contacts::M_Z};
 
   /// Throws std::logic_error for loads or wrenches, which belong to ExtendedFeatures.
-  PaperFeatures(const RobotParameters& robot, const FloorParameters& floor, const Inertia&, const AppliedLoads& applied)
+  PaperFeatures(const RobotParameters& robot, const FloorParameters& floor, const Inertia&, const AppliedLoads& applied,
+                double)
       : N_(normal_reactions(robot, floor)), f_(floor.f), limit_(floor.f * N_) {
     if (!applied.loads.empty() || !applied.wrenches.empty()) throw std::logic_error("the paper's model knows no loads");
   }

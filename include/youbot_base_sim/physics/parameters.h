@@ -54,15 +54,11 @@ struct RobotParameters {
   NormalReactions normal_reactions = NormalReactions::kStatic;
   LoadSharing load_sharing = LoadSharing::kEqualWheels;  ///< of dynamic reactions
   bool averaged_contacts = false;  ///< each wheel's contact is averaged over its rollers, as those of fast wheels are
-  /// Friction of the floor does not act back on the wheels, whose torques are what their rotation asks for: the drives
-  /// exert its reaction besides, however large.
-  bool wheels_prescribed = false;
   double q = 0;  ///< diagonal preload: what an uneven floor or a twisted frame adds to N_1, N_4, takes from N_2, N_3, N
 
-  double m_s() const { return m + kWheels * m_1; }                   ///< total mass, kg
-  double friction_arm() const { return wheels_prescribed ? 0 : R; }  ///< of friction on a wheel, m
-  Wheels rho_X() const { return {h, h, -h, -h}; }                    ///< wheel centres from O, forward, m
-  Wheels rho_Y() const { return {l, -l, l, -l}; }                    ///< wheel centres from O, to the left, m
+  double m_s() const { return m + kWheels * m_1; }  ///< total mass, kg
+  Wheels rho_X() const { return {h, h, -h, -h}; }   ///< wheel centres from O, forward, m
+  Wheels rho_Y() const { return {l, -l, l, -l}; }   ///< wheel centres from O, to the left, m
 
   /// Directions delta, by functions, of the axes of the rollers in contact: -45, 45, 45, -45 deg (paper, section 2), or
   /// the `roller_angle` with these signs. Exact at 45 deg.
@@ -92,6 +88,12 @@ struct FloorParameters {
   double spin_radius = 0;            ///< a_m: spin friction is as of slip at this distance from the contact point, m
   double holding_speed = 0;          ///< in place of nu while a base under limited friction rests, m/s; 0: nu
   std::vector<FloorPatch> patches;   ///< later ones lie on top
+
+  /// Coefficient of friction at the contact points (X, Y) in the fixed frame, m; smooth over the edges of patches.
+  Wheels friction_at(const Wheels& X, const Wheels& Y) const;
+
+  /// Distance (m) that contact points at (X, Y) may move in a step without jumping over a patch's soft edge.
+  double max_distance(const Wheels& X, const Wheels& Y) const;
 
   /// Viscous friction of the contacts in model 2a, N s/m.
   Wheels mu_0(const RobotParameters& robot) const {

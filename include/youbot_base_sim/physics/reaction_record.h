@@ -17,8 +17,8 @@ struct ReactionRecord {
   Wheels min_N = Wheels::Constant(kInfinity);  ///< of each wheel, N
   Wheels time_off_floor = Wheels::Zero();      ///< s
   Side tipping = Side::kNone;                  ///< at the last look
-  Side tipped = Side::kNone;                   ///< when it last was at its limit
-  std::optional<double> tipped_at;             ///< when it last came there, s
+  Side tipped = Side::kNone;                   ///< when last at the limit
+  std::optional<double> tipped_at;             ///< when it last came to the limit, s
   double time_at_limit = 0;                    ///< s, while it went on there
 };
 
@@ -27,7 +27,7 @@ class TippedOver : public std::domain_error {
  public:
   TippedOver(double t, Side side);
   double time() const { return time_; }  ///< s
-  Side side() const { return side_; }    ///< that bears all
+  Side side() const { return side_; }    ///< the one that bears all
 
  private:
   double time_;

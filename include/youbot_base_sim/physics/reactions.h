@@ -33,7 +33,7 @@ struct ForcePerNormalLoad {
 struct ReactionCoupling {
   std::array<Velocities, 3> balance;  ///< what unit velocities add to the moment, N m
   std::array<Wheels, 3> N;            ///< what a unit of that adds to the reactions, 1/m
-  std::array<Velocities, 3> forces;   ///< and to the forces, through friction
+  std::array<Velocities, 3> forces;   ///< what it adds to the forces, through friction
 };
 
 /// Normal reactions of the floor while the base moves: vertical forces and moments about both horizontal axes balance
@@ -43,8 +43,8 @@ struct ReactionCoupling {
 /// and solved for together.
 class Reactions {
  public:
-  /// `robot` is the loaded one.
-  Reactions(const RobotParameters& robot, const Inertia& inertia, double normal_gravity);
+  /// `robot` is the loaded one; `friction_arm` is that of friction on a wheel, m: 0 where wheels are prescribed.
+  Reactions(const RobotParameters& robot, const Inertia& inertia, double normal_gravity, double friction_arm);
 
   /// The other quantities of the motion, all given.
   struct Motion {

@@ -40,7 +40,7 @@ class SharedContact {
 
   /// Error of the platform's speed (m/s) if the wheel, which chatters at the rate dphi, rests from now on: forces
   /// differ from those at rest by the square of the ripple of the slip.
-  double error_of_rest(double dphi) const {
+  double hold_error(double dphi) const {
     const RobotParameters& robot = model_.robot();
     return robot.J_1 * std::abs(dphi) / (robot.R * robot.m_s()) * ripple(dphi);
   }
@@ -103,9 +103,8 @@ class SharedContact {
       return m;
     };
     const Eigen::Matrix4d m = alpha_ * matrix(upper) + (1 - alpha_) * matrix(lower);
-    const Eigen::RowVector4d F_X = alpha_ * matrix(upper).row(0) + (1 - alpha_) * matrix(lower).row(0);
     Eigen::Matrix4d all = m;
-    if (alpha_ != kEnded) all -= (forces(upper_) - forces(lower_)) * F_X / (upper_.F_X[i_] - lower_.F_X[i_]);
+    if (alpha_ != kEnded) all -= (forces(upper_) - forces(lower_)) * m.row(0) / (upper_.F_X[i_] - lower_.F_X[i_]);
     if (massless) {  // their mean has no effect
       all.row(3).setZero();
       all(3, 3) =

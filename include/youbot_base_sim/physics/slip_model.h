@@ -47,8 +47,9 @@ class SlipModel {
   /// Entries of the contacts that become weighted means where two rollers share a wheel.
   static constexpr const auto& kMeans = Features::kMeans;
 
-  /// `robot` is the bare one, whose mass decides mu_0.
-  SlipModel(const RobotParameters& robot, const FloorParameters& floor, const AppliedLoads& applied = {})
+  /// `robot` is the bare one, whose mass decides mu_0. `wheels_prescribed`: see TorqueProfile.
+  SlipModel(const RobotParameters& robot, const FloorParameters& floor, const AppliedLoads& applied = {},
+            bool wheels_prescribed = false)
       : bare_robot_(robot),
         floor_(floor),
         robot_(loaded(robot, applied.loads)),
@@ -56,13 +57,13 @@ class SlipModel {
         friction_(Law(robot, floor), floor.nu),
         inertia_(robot_),
         dry_(robot),
-        features_(robot_, floor, inertia_, applied),
-        friction_arm_(robot.friction_arm()),
+        friction_arm_(wheels_prescribed ? 0 : robot.R),
+        features_(robot_, floor, inertia_, applied, friction_arm_),
         rho_X_(robot.rho_X()),
         rho_Y_(robot.rho_Y()) {}
 
   /// Replaces the loads and wrenches. Friction is regularized as at first.
-  void set_loads(const AppliedLoads& applied) { *this = SlipModel(bare_robot_, floor_, applied); }
+  void set_loads(const AppliedLoads& applied) { *this = SlipModel(bare_robot_, floor_, applied, wheels_prescribed()); }
 
   /// Slip and position of the contact points at the velocities u and this pose; no friction yet.
   void evaluate_kinematics(const Velocities& u, const ContactGeometry& g, const Pose& pose, Contacts& c) const {
@@ -93,14 +94,6 @@ class SlipModel {
   void apply_normal_force_of(const Contacts& other, Contacts& c) const {
     apply_normal_force(features_.reactions(other), c);
     features_.keep_tipping(other, c);
-  }
-
-  /// Contacts of rollers at the wheel angles phi_tilde (rad), under the normal reactions of the base at rest.
-  Contacts contacts(const Velocities& u, const Wheels& phi_tilde) const {
-    Contacts c;
-    evaluate_kinematics(u, geometry_.at(phi_tilde), {}, c);
-    apply_static_normal_force(c);
-    return c;
   }
 
   /// Right-hand sides of (4.9) with dry friction: forces under the wheel torques `M` (N m), N and N m.
@@ -267,6 +260,7 @@ class SlipModel {
   void set_dry_friction_rate(double rate) { dry_.wheels.rate = rate; }
 
   double holding_speed() const { return floor_.holding_speed; }  ///< of the floor, m/s
+  bool wheels_prescribed() const { return friction_arm_ == 0; }  ///< see TorqueProfile::prescribes_wheels
 
   const Features& features() const { return features_; }
   const ContactFriction<Law, D>& contact_friction() const { return friction_; }
@@ -306,8 +300,8 @@ class SlipModel {
   ContactFriction<Law, D> friction_;
   Inertia inertia_;
   DryBearings dry_;
+  double friction_arm_;  // of friction on a wheel, m
   Features features_;
-  double friction_arm_;  // m
   alignas(kAlignment) Wheels rho_X_, rho_Y_;
 };
 

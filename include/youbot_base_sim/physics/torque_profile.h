@@ -26,6 +26,10 @@ class TorqueProfile {
   /// if any does.
   virtual double max_step([[maybe_unused]] double t) const { return kInfinity; }
 
+  /// True if the drives exert the reaction of the floor's friction besides, however large: wheels then rotate as
+  /// prescribed, and friction does not act back on them.
+  virtual bool prescribes_wheels() const { return false; }
+
  protected:
   static constexpr double kShareOfPeriod = 0.125;  ///< of a periodic torque, as one step
 };
