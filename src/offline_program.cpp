@@ -78,7 +78,7 @@ void catch_signals(void (*also)()) {
       stop = true;
       if (on_stop) on_stop();
     };
-    action.sa_flags = 0;  // so that waiting for a pipe's reader ends too
+    action.sa_flags = 0;  // waiting for a pipe's reader then ends too
     sigaction(number, &action, nullptr);
   }
   signal(SIGPIPE, SIG_IGN);

@@ -30,7 +30,7 @@ struct LoadChange {
   double t;              ///< s
   double psi;            ///< heading of the base then, rad
   AppliedLoads applied;  ///< all of it, the scene's too
-  bool loads, wrenches;  ///< which of them changed
+  bool loads, wrenches;  ///< true for what has changed
 };
 
 /// A jump of the base's state, by `set_state`: its state from an instant on.
@@ -193,7 +193,7 @@ class Simulation {
   bool continues_when_tipping_ = false;
   bool extended_;         // whether the equations have the physics beyond the paper
   double segment_end_;    // of the present control period, or of a smooth segment of the torque, s
-  std::int64_t periods_;  // that have begun
+  std::int64_t periods_;  // begun so far
   double initial_energy_;
   double next_change_;          // of loads and wrenches, s
   AppliedLoads planned_;        // the scene's present ones

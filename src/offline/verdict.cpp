@@ -74,7 +74,7 @@ void Twin::follow(const Simulation& run) {
     ending_ = error.what();
     return;
   }
-  simulation_.take_events();  // which would gather
+  simulation_.take_events();  // they would gather
   const State &x = simulation_.state(), &other = run.state();
   const RobotParameters& robot = simulation_.scene().robot;
   const double position = std::hypot(x.x() - other.x(), x.y() - other.y()), heading = std::abs(x.psi() - other.psi());

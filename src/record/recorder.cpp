@@ -26,7 +26,7 @@ class Csv : public Recorder {
 
  private:
   OutputFile file_;
-  std::string header_;  // until it is written, with the first row
+  std::string header_;  // empty once it is written, with the first row
   LinesOf lines_of_;
 };
 

@@ -192,7 +192,7 @@ BaseSettings read_base_settings(Parameters parameters, Parameters driver_paramet
   parameters.read("publish_clock", settings.publish_clock);
   parameters.read("real_time_factor", settings.real_time_factor, {1e-3, 1e6, "", true});
   read_lockstep(parameters, settings);
-  settings.scene.solver.keeps_up = !settings.lockstep.on;  // which waits, and has the bits of `simulate`
+  settings.scene.solver.keeps_up = !settings.lockstep.on;  // lockstep waits, and has the bits of `simulate`
   if (settings.lockstep.on) settings.command_rate = 0;     // each control period takes what has come
   parameters.read("wait_for_subscribers", settings.wait_for_subscribers);
   parameters.read("start_paused", settings.start_paused);

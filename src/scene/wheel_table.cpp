@@ -66,12 +66,12 @@ std::array<std::size_t, kColumns> columns_of(const std::string& name, std::strin
 
 WheelTable read_wheel_table(const std::string& path, const Range& time, const Range& values) {
   const std::string text = read_text_file(path, kMaxBytes), name = quote_path(path);
-  std::string_view rest = text;
-  const std::array<std::size_t, kColumns> columns = columns_of(name, take_line(rest));
+  std::string_view lines = text;
+  const std::array<std::size_t, kColumns> columns = columns_of(name, take_line(lines));
 
   WheelTable table;
-  for (int number = 2; !rest.empty(); ++number) {
-    std::string_view line = take_line(rest);
+  for (int number = 2; !lines.empty(); ++number) {
+    std::string_view line = take_line(lines);
     if (line.find_first_not_of(" \t") == std::string_view::npos) continue;
     const auto refuse = [&](const std::string& what) {
       throw SceneError(fmt::format("{}:{}: {}", name, number, what));

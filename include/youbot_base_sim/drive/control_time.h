@@ -69,7 +69,7 @@ class Instants {
 
  private:
   double rate_;
-  std::int64_t instants_ = 0;  // that have been met
+  std::int64_t instants_ = 0;  // met so far
   double next_ = 0;            // s
 };
 

@@ -77,7 +77,7 @@ class BaseLoop {
   Events take_events() { return simulation_.take_events(); }
 
   double time() const { return simulation_.time(); }                       ///< s
-  std::int64_t periods() const { return control_time_.ended_by(time()); }  ///< that have passed
+  std::int64_t periods() const { return control_time_.ended_by(time()); }  ///< passed so far
   double control_period() const { return control_time_.period(); }         ///< s
   const Simulation& simulation() const { return simulation_; }
   const BaseDriver& driver() const { return driver_; }

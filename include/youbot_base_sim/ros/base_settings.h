@@ -36,10 +36,10 @@ struct BaseSettings : LoopSettings {
   /// Time starts once every topic that is `kAwaited` has a subscriber, so a recorder misses nothing.
   bool wait_for_subscribers = false;
   LockstepSettings lockstep;
-  std::string bag;            ///< file to record to, complete when the node ends; empty: none. Needs `publish_clock`
-  bool bag_required = true;   ///< the node ends if the bag cannot be written; otherwise it goes on without
-  bool start_paused = false;  ///< starts as after ~pause. Needs `publish_clock`
-  double end_time = 0;        ///< simulated time at which the node ends, s; 0: none
+  std::string bag;                     ///< file to record to, complete when the node ends; empty: none
+  bool bag_required = true;            ///< the node ends if the bag cannot be written; otherwise it goes on without
+  bool start_paused = false;           ///< starts as after ~pause. Needs `publish_clock`
+  double end_time = 0;                 ///< simulated time at which the node ends, s; 0: none
   bool listen_to_initialpose = false;  ///< to put the base where rviz's "2D Pose Estimate" has it; amcl listens too
   bool has_arms = false;               ///< an arm is missed: platform_Arm of /diagnostics is an error, as the driver's
   bool publish_tf = true;              ///< whether odom to base_footprint is published on /tf

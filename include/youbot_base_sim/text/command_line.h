@@ -44,7 +44,7 @@ inline std::uint64_t whole_number_of(const std::string& option, const std::strin
 struct Usage {
   std::string call;      ///< "PROGRAM FILE [options]"
   std::string purpose;   ///< what --help prints before the options
-  std::string remarks;   ///< and after them
+  std::string remarks;   ///< what it prints after them
   std::string examples;  ///< command lines, which --help prints last
 };
 

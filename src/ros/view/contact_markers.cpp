@@ -55,7 +55,7 @@ constexpr double kStick = 0.006, kArc = 0.006;              // thickness, m
 constexpr double kArcRadius = 0.12;                         // m
 constexpr double kOverFloor = 1e-3;                         // m, or the floor's grid would cut through
 constexpr double kUphillStart = 0.42, kUphillLength = 0.3;  // from O, m
-const Vector3d kAxles{0, 0, kAxleHeight};                   // where O is in the base's frame
+const Vector3d kAxles{0, 0, kAxleHeight};                   // O in the base's frame
 
 geometry_msgs::Point point(const Vector3d& position) { return vector_message<geometry_msgs::Point>(position); }
 

@@ -16,8 +16,8 @@ namespace youbot_base_sim {
 struct MarkerOptions {
   double friction_scale = 3e-3;                    ///< length of an arrow of any force, m/N
   double slip_scale = 2;                           ///< of an arrow of any slip, m for each m/s
-  std::string frame;                               ///< that of the base; empty: the contacts'
-  std::string world_frame;                         ///< that of the scene; empty: what lies on the floor is not shown
+  std::string frame;                               ///< the base's; empty: the contacts'
+  std::string world_frame;                         ///< the scene's; empty: what lies on the floor is not shown
   std::array<std::string, kWheels> roller_meshes;  ///< URIs; empty: rollers in contact are not coloured
 };
 
@@ -37,7 +37,7 @@ class ContactMarkers {
 
  private:
   MarkerOptions options_;
-  std::size_t most_loads_ = 0, most_wrenches_ = 0;  // that were shown: what has gone is deleted
+  std::size_t most_loads_ = 0, most_wrenches_ = 0;  // shown so far: what has gone is deleted
 };
 
 }  // namespace youbot_base_sim
