@@ -58,22 +58,18 @@ class Model:
 
 def splits_of(runs):
     """What is trained on and what is tested on, by name."""
+    for k, day in enumerate(sorted({run.day for run in runs}), 1):
+        groups = sorted({(run.figure, run.group) for run in runs if run.day == day})
+        halves = [[run for run in runs if (run.figure, run.group) in groups[half::2]] for half in (0, 1)]
+        yield f"within day {k}", *map(Records, halves)
     for key in ("day", "figure"):
         kinds = sorted({getattr(run, key) for run in runs})
-        for kind in kinds:
+        for k, kind in enumerate(kinds):
             halves = [[run for run in runs if (getattr(run, key) == kind) == mine] for mine in (True, False)]
-            if key == "day":
-                yield f"day {kinds.index(kind) + 1} to {2 - kinds.index(kind)}", *map(Records, halves)
-            else:
-                yield f"{kind} to {kinds[1 - kinds.index(kind)]}", *map(Records, halves)
+            yield f"day {k + 1} to {2 - k}" if key == "day" else f"{kind} to {kinds[1 - k]}", *map(Records, halves)
 
 
-def position(errors):
-    return np.hypot(errors[:, 0], errors[:, 1])
-
-
-def heading(errors):
-    return np.abs(errors[:, 2])
+position, heading = (lambda errors: np.hypot(errors[:, 0], errors[:, 1])), (lambda errors: np.abs(errors[:, 2]))
 
 
 class Comparison:
@@ -86,7 +82,7 @@ class Comparison:
         lost = Model("kinematics, 5 and yaw lost", (*EXTRAS["5"], "yaw_lost"))
         averaged = Model("averaged contacts, 5", EXTRAS["5"], gains["averaged"])
         self.pairs = [*((located[count], kinematics[count]) for count in EXTRAS), (located["4"], kinematics["5"]),
-                      (located["5"], lost), (averaged, kinematics["5"]), (located["4 and angle"], kinematics["5"])]
+                      (located["5"], lost), (located["4 and angle"], kinematics["5"]), (averaged, kinematics["5"])]
         self.models = [Model("nominal", free=False), *kinematics.values(), lost, *located.values(), averaged]
         self.errors, self.values, self.tests = {}, {}, {}
         for name, training, test in splits_of(runs):
@@ -110,14 +106,10 @@ class Comparison:
         return table(["error of", "over that of", "at the end", *self.tests], rows)
 
     def error_table(self):
-        rows = []
-        for model in self.models:
-            cells = []
-            for split, test in self.tests.items():
-                errors = self.errors[split, model.name]
-                per_metre, per_turn = rms(position(errors) / test.path), rms(heading(errors) / test.turns)
-                cells.append(f"{1e3 * per_metre:.1f}, {1e3 * per_turn:.1f}")
-            rows.append([model.name, *cells])
+        rows = [[model.name, *(
+            f"{1e3 * rms(position(errors) / test.path):.1f}, {1e3 * rms(heading(errors) / test.turns):.1f}"
+            for errors, test in ((self.errors[split, model.name], test) for split, test in self.tests.items()))]
+            for model in self.models]
         return table(["mm per metre, mrad per turn", *self.tests], rows)
 
     def parameter_table(self):

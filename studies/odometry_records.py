@@ -56,8 +56,8 @@ def read_run(path, stretch):
     return padded.reshape(count, MESSAGES_PER_SAMPLE, 4).sum(axis=1), pose
 
 
-def read_runs(folder, every=1):
-    """All runs, or each `every`-th of a set. Throws Refused where the folder is another or a file is damaged."""
+def read_runs(folder):
+    """All runs. Throws Refused where the folder is another or a file is damaged."""
     files = [path for figure in FIGURES for path in sorted(Path(folder, "data/omni4", figure).glob("*/*_metadata.csv"))]
     if not files:
         raise Refused(f"FOLDER = {shown(folder)}: must be {LAYOUT}")
@@ -68,7 +68,7 @@ def read_runs(folder, every=1):
             lines = [line.split(",") for line in file.read_text(encoding="utf-8-sig").split()]
             meta = {key: [float(cell) for cell in cells if cell] for key, *cells in lines if key != "type"}
             spans = [np.subtract(meta[clock + "_tf"], meta[clock + "_ti"]) for clock in ("gt", "odo")]
-            for k in range(0, int(meta["N"][0]), every):
+            for k in range(int(meta["N"][0])):
                 path = file.parent / f"{group}_run-{k + 1:02d}.csv"
                 runs.append(Run(file.parent.parent.name, group[:4], group, *read_run(path, spans[0][k] / spans[1][k])))
         except (OSError, ValueError, KeyError, IndexError) as error:

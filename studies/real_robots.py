@@ -1,5 +1,4 @@
 """Measurements on real youBots, and the same on the simulated base."""
-import csv
 import math
 
 import numpy as np
@@ -11,22 +10,23 @@ from youbot_base_sim.figures import BLUE, GREEN, ORANGE, RED, new_figure, save
 from .builds import ROOT
 from .odometry_records import BASE
 from .pages import table
-from .slip_gains import robot
+from .slip_gains import FLOOR, MOTORS, robot
 
 YOUBOT = Base()
 SCALES = {"A": 1.3, "B": 0.76}
 GAINS = (0.4, 1.2)           # of the velocity loops, N m s/rad and N m/rad
 PERIODS, RATE = 5, 200       # of 1 ms from row to row; of rows, Hz
 STARTS = 32                  # sets of angles at which wheels may start
+ROW, SCATTER = 0.1, 0.03     # s between A's rows; of a speed, by which their means of four wheels scatter ahead
 PROFILES = {**{name: {"profile": name} for name in ("paper", "measured", "measured_a", "measured_b")},
             **{robot: {"profile": {"name": "measured", "friction_scale": scale}} for robot, scale in SCALES.items()}}
 
 
 class Runs:
-    """Motions of a base whose wheels track the constant rates at which one like it rolls at `velocities` (n, 3): `x`, `y`,
-    `psi` (rows, n), wheels' `phi`, `dphi` and torques (rows, n, 4), RATE rows a second. `starts`: of `initial`, by key."""
+    """Motions of a base whose wheels track the constant rates at which one like it rolls at `velocities` (n, 3), after 5 s
+    at `before`: `x`, `y`, `psi` (rows, n), `phi`, `dphi`, `torque` of wheels (rows, n, 4). `starts`: of `initial`."""
 
-    def __init__(self, section, velocities, duration, floor=None, gains=GAINS, base=YOUBOT, **starts):
+    def __init__(self, section, velocities, duration, floor=None, gains=GAINS, base=YOUBOT, before=None, **starts):
         self.rates = np.array(base.rolling_rates(*np.transpose(velocities).astype(float))).T
         batch = Batch({"duration": duration, "robot": section, "floor": floor or {},
                        "solver": {"control_period": 1 / RATE / PERIODS, "relative_tolerance": 1e-5},
@@ -34,6 +34,9 @@ class Runs:
                       len(self.rates))
         for key, values in starts.items():
             batch.expand(f"initial.{key}", values)
+        if before:
+            batch.set_points("velocity", base.rolling_rates(*before))
+            batch.step(periods=5 * RATE * PERIODS)
         batch.set_points("velocity", self.rates)
         states, torques = [batch.state.copy()], []
         for _ in range(duration * RATE):
@@ -58,8 +61,7 @@ def mean_torques(base, name, velocities):
 
 def directions_of_B():
     """Direction of travel, degrees, and torque on linoleum, N m, as recorded."""
-    with open(ROOT / "docs" / "validation" / "robot_b.csv", newline="") as file:
-        return [(float(row["degrees"]), float(row["linoleum"])) for row in csv.DictReader(file)]
+    return np.loadtxt(ROOT / "docs" / "validation" / "robot_b.csv", delimiter=",", skiprows=1, usecols=(0, 1))
 
 
 def velocity_along(degrees, speed=0.2):
@@ -95,7 +97,7 @@ LEAST = np.array([0, 0, 0, 0, 0.3])
 
 def off(values, spin_radius):
     """Differences of both robots with these frictions from the records, N m: five figures of A, 19 directions of B."""
-    degrees, torques = np.array(directions_of_B()).T
+    degrees, torques = directions_of_B().T
     records = {"A": STEADY_OF_A, "B": [(velocity_along(along), SIZE, torque - TRANSIENT_OF_B)
                                        for along, torque in zip(degrees, torques)]}
     for base, scale in SCALES.items():
@@ -136,31 +138,43 @@ def crossing(t, rate, share):
     return t[k - 1] + (t[k] - t[k - 1]) * (share - rate[k - 1]) / (rate[k] - rate[k - 1])
 
 
-def rise_and_overshoot(robot, gains, velocity, starts):
-    """Of the wheels' angular velocities, from rest at angles `starts` (n, 4): means of their times from 10 to 90 % of what
-    is commanded, s; overshoots of their mean, without the ripple of single rollers, %."""
-    runs = Runs(robot, [velocity] * len(starts), 4, gains=gains, base=Base(wheel_radius=DRIVER_RADIUS),
+def rises_and_overshoots(section, gains, velocity, before, starts):
+    """Of the wheels' mean angular velocity, in rows as A's record has them: times from 10 to 90 % of what is commanded,
+    s, and overshoots, %, (n, 2), after rest or `before`, from wheel angles `starts` (n, 4)."""
+    runs = Runs(section, [velocity] * len(starts), 4, gains=gains, base=Base(wheel_radius=DRIVER_RADIUS), before=before,
                 wheel_angles=starts)
-    shares, t = runs.dphi / runs.rates, np.arange(len(runs.dphi)) / RATE
-    rise = [np.mean([crossing(t, wheel, 0.9) - crossing(t, wheel, 0.1) for wheel in run.T])
-            for run in np.moveaxis(shares, 1, 0)]
-    smooth = [np.convolve(mean, np.ones(RATE // 10) / (RATE // 10), mode="valid") for mean in shares.mean(axis=2).T]
-    return np.array(rise), 100 * (np.max(smooth, axis=1) - 1)
+    found, draw, every = [], np.random.default_rng(5), round(ROW * RATE)
+    for share in (runs.dphi / runs.rates).mean(axis=2).T:
+        rows = np.r_[share[0], share[draw.integers(0, every)::every]]
+        rows += SCATTER * draw.normal(size=len(rows))
+        t = np.arange(len(rows)) * ROW
+        found.append((crossing(t, rows, 0.9) - crossing(t, rows, 0.1), 100 * (rows.max() - 1)))
+    return np.array(found)
 
 
 def rise_table():
-    starts = [(0, 0, 0, 0)] + np.random.default_rng(1).uniform(0, math.pi / 3, (STARTS, 4)).round(4).tolist()
-    rows = [["base A", "", "0.26 s, 21 %", "0.50 to 0.54 s, 15 %", "0.32 s, 13 %"]]
-    for what, name, gains in (("`paper`", "paper", GAINS), ("`measured`", "measured", GAINS),
-                              ("`measured_a`", "measured_a", (0.2, 1.5)), ("`measured_b`", "measured_b", (0.33, 0.5))):
-        cells = []
-        for velocity in (0.1, 0, 0), (0, 0.1, 0), (0, 0, 0.314):
-            rise, overshoot = rise_and_overshoot(PROFILES[name], gains, velocity, starts)
-            low, high = np.quantile(rise[1:], (0.05, 0.95))
-            cells.append(f"{rise[0]:.2f}; {rise[1:].mean():.2f} ({low:.2f} to {high:.2f}) s, "
-                         f"{abs(overshoot[1:].mean()):.0f} %")
-        rows.append([what, f"{gains[0]}, {gains[1]}", *cells])
-    return table(["friction", "P, I", "forward", "lateral", "yaw"], rows)
+    starts = np.random.default_rng(1).uniform(0, math.pi / 3, (STARTS, 4)).round(4).tolist()
+    rows = [["base A", "", "0.26 s, 21 %", "0.54 s, 16 %; 0.50 s, 15 %", "0.32 s, 13 %"]]
+    for name, gains in ("paper", GAINS), ("measured", GAINS), ("measured_a", (0.2, 1.5)), ("measured_b", (0.33, 0.5)):
+        out_of = (0.1, 0, 0) if name == "measured_a" else None  # as A was driven
+        rows.append([f"`{name}`", f"{gains[0]}, {gains[1]}", *(
+            "{:.2f} +- {:.2f} s, {:.0f} +- {:.0f} %".format(*np.stack([found.mean(0), found.std(0)], 1).ravel())
+            for found in (rises_and_overshoots(PROFILES[name], gains, velocity, before, starts)
+                          for velocity, before in (((0.1, 0, 0), None), ((0, 0.1, 0), out_of), ((0, 0, 0.314), None))))])
+    return table(["mean and deviation over wheel angles", "P, I", "forward", "lateral", "yaw"], rows)
+
+
+def ripple_of_C():
+    """Amplitudes of the track at 8 cycles a turn, in lateral motion: root mean squares over initial wheel angles."""
+    starts, found = np.random.default_rng(1).uniform(0, 2 * math.pi, (96, 4)).round(4).tolist(), []
+    runs = Runs(robot(2.2e-3), [(0, 0.065, 0)] * len(starts), 9, FLOOR, tuple(MOTORS.values()), BASE, wheel_angles=starts)
+    t = np.linspace(0, 1, len(runs.x))
+    for k, phi in enumerate(np.abs(runs.phi - runs.phi[0]).mean(axis=2).T):
+        waves = np.array([t**0, t, t**2, t**3, np.cos(8 * phi), np.sin(8 * phi)])
+        track = np.array([runs.y[:, k], runs.x[:, k], runs.psi[:, k]])
+        found.append(np.hypot(*np.linalg.lstsq(waves[:, 300:].T, track[:, 300:].T, rcond=None)[0][-2:]))
+    return ("C's track ripples by {:.3f} mm along, {:.3f} mm across, {:.3f} mrad (C: 0.198, 0.082, 0.64)\n".format(
+        *(1e3 * rms(part) for part in np.transpose(found))))
 
 
 def ripple_of_B():

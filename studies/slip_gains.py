@@ -4,9 +4,9 @@ import numpy as np
 from youbot_base_sim._simulator import Batch
 from .odometry_records import BASE
 
-SPIN_RADIUS, CREEP = 2e-3, 3e-4                         # m; m/s, the regularization speed
 BODY_MASS, WHEEL_MASS, FRICTION = 3, 0.1, 0.5           # assumed; only dry friction over f N matters, nearly
 LIMIT = FRICTION * (BODY_MASS + 4 * WHEEL_MASS) * 9.81 / 4  # f N of a wheel, N
+FLOOR = {"friction": FRICTION, "spin_radius": 2e-3, "slip_regularization": 3e-4}  # m, m/s
 PITCH = 2 * np.pi / BASE.rollers_per_wheel
 # A velocity loop holds each wheel to its rate, as motors do, and gives way where rollers change. In lateral circles the
 # encoders of the records show by how much, a ripple of 1 to 4 % at 8 cycles a turn; with these gains simulated ones do.
@@ -26,9 +26,8 @@ def robot(friction, contacts="located"):
 def drive(angles, step, section, every=1):
     """x, y, psi (m, rad) and wheel angles (rad) of bases whose motors turn the wheels to `angles` (rows, bases, 4), of
     which a row is `step` s later than the last: (rows, bases, 7), of each `every`-th row."""
-    batch = Batch({"duration": len(angles) * step, "robot": section, "motors": MOTORS, "initial": {
-        "wheel_angles": angles[0, 0]}, "solver": {"control_period": 1e-3, "relative_tolerance": 1e-5}, "floor": {
-            "friction": FRICTION, "spin_radius": SPIN_RADIUS, "slip_regularization": CREEP}}, angles.shape[1])
+    batch = Batch({"duration": len(angles) * step, "robot": section, "motors": MOTORS, "floor": FLOOR, "initial": {
+        "wheel_angles": angles[0, 0]}, "solver": {"control_period": 1e-3, "relative_tolerance": 1e-5}}, angles.shape[1])
     rows = []
     for k, rates in enumerate(np.diff(angles, axis=0, append=angles[-1:]) / step):
         if k % every == 0:

@@ -17,7 +17,7 @@ def main():
         Outputs([ROOT / "docs" / "validation" / "robot_b.csv"]).claim("--figure", arguments.figure)
     use_module(parser, arguments)
     from . import real_robots as robots  # with what has been installed
-    parts = robots.torque_table, robots.rise_table, robots.ripple_of_B, robots.gain_table
+    parts = robots.torque_table, robots.rise_table, robots.ripple_of_B, robots.ripple_of_C, robots.gain_table
     for part in [robots.fit_table] if arguments.fit else parts:
         print("\n" + part(), end="")
     if arguments.figure:

@@ -39,11 +39,7 @@ Scene measured_base() {
 Scene guessed_base() {
   Scene scene = measured_base();
   RobotParameters& robot = scene.robot;
-  robot.R *= kOff;
-  robot.R_d *= kOff;
-  robot.l *= kOff;
-  robot.a_X *= kOff;
-  robot.a_Y *= kOff;
+  for (double* size : {&robot.R, &robot.R_d, &robot.l, &robot.a_X, &robot.a_Y}) *size *= kOff;
   robot.roller_dry_friction *= kOff;
   return scene;
 }
