@@ -12,8 +12,14 @@ from pathlib import Path
 import numpy as np
 from harness import STUDY
 from measured_page import MODULE
+from youbot_base_sim._simulator import run as simulate
+from youbot_base_sim.analysis import spectrum
+from youbot_base_sim.base import WHEELS, Base
+from youbot_base_sim.records import Record
+from youbot_base_sim.series import Series
 
 from studies import odometry_records as records
+from studies.builds import ROOT
 from studies.slip_gains import drive, robot
 
 RADIUS, FRICTION, STRETCH, DURATION = 1.02, 2e-3, 1.0625, 200  # friction over f N in m; s
@@ -84,6 +90,23 @@ class ValidateOdometryTest(unittest.TestCase):
             ran = run(self.folder)
             self.assertEqual((ran.returncode, ran.stdout, ran.stderr.count("\n")), (2, "", 1), ran.stderr)
             self.assertIn(reason, ran.stderr)
+
+
+class NumberOfRollersTest(unittest.TestCase):
+    def test_simulated_wheels_show_it(self):
+        """Forward, lateral, backward and in yaw, 10 s each, at 50 Hz by coarse encoders."""
+        rates = 4 * np.array([(1, 1, 1, 1), (-1, 1, 1, -1), (-1, -1, -1, -1), (-1, 1, -1, 1)] * 2)
+        for name, n in (("nexus_4wd", 9), ("polimi_omni", 15)):
+            with tempfile.NamedTemporaryFile("w", suffix=".csv") as table:
+                np.savetxt(table, np.c_[10 * np.arange(8), rates], "%g", ",", header="t,fl,fr,bl,br", comments="")
+                table.flush()
+                rows = simulate(str(ROOT / "config" / "robots" / f"{name}.yaml"), {
+                    "duration": 80, "output_rate": 50, "drive": {"velocity_table": table.name}})
+            phi, dphi = (np.array([rows[f"{what}_{wheel}"] for wheel in WHEELS]).T for what in ("phi", "dphi"))
+            joints = Series(rows["t"], {"position": np.floor(phi / 2e-3) * 2e-3, "velocity": np.rint(dphi / 4e-3) * 4e-3})
+            numbers = {key: value for key, value, _ in spectrum.analyse(Record(Base(), series={"joint_states": joints})).numbers}
+            self.assertEqual(numbers["rollers"], n)
+            self.assertGreater(numbers["odds_of_rollers"], spectrum.SURE)
 
 
 if __name__ == "__main__":
