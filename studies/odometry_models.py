@@ -128,7 +128,7 @@ class Comparison:
             axis.axhline(1, color="black", linewidth=0.8)
             axis.axhline(target, color="black", linewidth=0.8, linestyle=":")
             axis.set(xticks=range(len(self.tests)), ylim=(0, 1.3), title=f"{what} at the end of held-out runs")
-            axis.set_xticklabels([name.replace(" to ", "\nto ") for name in self.tests], fontsize=8)
+            axis.set_xticklabels([name.replace(" to ", "\nto ").replace("n d", "n\nd") for name in self.tests], fontsize=8)
             axis.grid(alpha=0.3, axis="y")
         axes[0].set_ylabel("ratio of errors")
         axes[0].figure.legend(*axes[0].get_legend_handles_labels(), loc="lower center", ncol=3, fontsize=7)
