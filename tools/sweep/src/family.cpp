@@ -186,7 +186,7 @@ SceneSetting blame(const SceneSettings& settings, std::size_t k, const std::stri
 }
 
 /// Reads scenes with each axis at its ends and in between, or at each listed value. Throws SceneError for a value that
-/// is refused with all others in the middle, at their starts and at their ends. Notes their tables.
+/// is refused with all others in the middle, at their starts and at their ends. Notes tables and warnings.
 void try_axes(Family& family) {
   std::set<std::string> tables;
   const auto refusal = [&](const SceneSettings& settings) -> std::string {
@@ -194,6 +194,7 @@ void try_axes(Family& family) {
       const Scene scene = load_scene(family.scene, settings);
       require_drive(scene);
       tables.insert(scene.files.begin() + 1, scene.files.end());
+      for (const std::string& text : warnings_of(scene)) family.warnings[text.substr(0, text.find(' '))] = text;
     } catch (const SceneError& error) {
       return error.what();
     }

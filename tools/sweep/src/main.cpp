@@ -253,9 +253,7 @@ void list(const Arguments& arguments, Family family, const Ranks& ranks) {
   const RunRange runs = arguments.slice.of(family.runs());
   fmt::print("{} runs of {}\n", runs.size(), quote_path(family.scene.path));
   for (const Axis& axis : family.axes) fmt::print("  {}: {}\n", quote(axis.key), axis.text());
-  if (family.has_draws()) {
-    fmt::print("  {} draws{}\n", family.draws, text_of(family.sampling));
-  }
+  if (family.has_draws()) fmt::print("  {} draws{}\n", family.draws, text_of(family.sampling));
   std::fflush(stdout);
   const Clock::time_point start = Clock::now();
   family.trajectories.reset();
@@ -277,6 +275,8 @@ int run_first(const Arguments& arguments, const Family& family, const std::vecto
   };
   try {
     keep_apart(arguments, family, maker);
+    if (!arguments.quiet)
+      for (const auto& [key, warning] : family.warnings) print_error("sweep", "warning: " + warning);
     journal.emplace(journal_of(arguments), fingerprint, arguments.slice.of(family.runs()));
     const std::optional<std::string> summary = make_rows(arguments, maker, ranks, *journal);
     if (!summary) {

@@ -345,9 +345,10 @@ TEST_F(SweepTest, TellsTheSpreadOfEachQuantity) {
                                       "scene: scene.yaml\naxes: [{key: 'initial.pose[0]', values: [1, 2, 5]}]\n"
                                       "quantities: [x, y]\n");
   folder_.write("scene.yaml",
-                "duration: 0.1\ninitial: {pose: [0, 0, 0]}\ndrive: {torque: [{start: 0, constant: [0, 0, 0, 0]}]}\n");
+                "duration: 0.1\ninitial: {pose: [0, 0, 90]}\ndrive: {torque: [{start: 0, constant: [0, 0, 0, 0]}]}\n");
   Program sweep(SWEEP, {f, "--csv", folder_.path("table.csv")});
   EXPECT_EQ(sweep.wait(), 0) << sweep.err();
+  EXPECT_NE(sweep.err().find("sweep: warning: initial.pose has 90 rad"), std::string::npos) << sweep.err();
   std::smatch found;
   const std::string out = sweep.out();
   ASSERT_TRUE(std::regex_search(out, found, std::regex("\nx +(\\S+) +(\\S+) +(\\S+) +(\\S+) +(\\S+)\n"))) << out;

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -50,7 +51,8 @@ struct Family {
   int seed = 0;
   std::vector<Quantity> quantities;
   std::optional<Trajectories> trajectories;
-  std::vector<std::string> tables;  ///< that its scenes read
+  std::vector<std::string> tables;              ///< that its scenes read
+  std::map<std::string, std::string> warnings;  ///< of its scenes, the last of those that begin with the same key
 
   std::uint64_t runs() const;
   bool has_draws() const { return !axes.empty() && axes.back().is_drawn(); }
