@@ -86,10 +86,6 @@ def columns_and_rows(record, commands):
     return ["t", *columns], np.column_stack([t, table])[order].tolist()
 
 
-def stop(number, _):
-    raise Failed(f"stopped by signal {number}, {signal.strsignal(number)}")
-
-
 def main():
     parser = Parser("identify", __doc__, "drive.bag --output fitted.yaml",
                     "first.bag second.bag --scene my_scene.yaml --csv comparison.csv",
@@ -110,6 +106,9 @@ def main():
     parser.add_argument("--quiet", action="store_true", help="print nothing but errors")
     arguments = parser.parse_args()
     fitter = fitter_beside(Path(sys.argv[0]).resolve().parent)
+
+    def stop(number, _):
+        raise Failed(f"stopped by signal {number}, {signal.strsignal(number)}")
     for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
         if signal.getsignal(number) != signal.SIG_IGN:
             signal.signal(number, stop)

@@ -124,16 +124,12 @@ class IdentifyBagsTest(RunsPrograms):
         self.assertIn("ground truth is not used: no transforms from mocap to body", self.said)
 
     def test_one_drive_alone(self):
-        for t, is_refused in ((3.5, True), (-1, False)):
-            bag = self.record()
-            with rosbag.Bag(bag, "a") as more:
-                more.write("/robot/state_set", odometry(t, (1, 2, 3)), stamp_of(t))
-                more.write("/state_set", odometry(t, (1, 2, 3)), stamp_of(t))
-            if is_refused:
-                self.expect_refused(bag, "the base was put elsewhere at t = 3.498 s, by /state_set: must be one drive")
-            else:
-                self.assertEqual(len(self.read(bag)["phi"][0]), RATE * len(VELOCITIES))
+        bag = self.record()
         with rosbag.Bag(bag, "a") as more:
+            for topic in ("/robot/state_set", "/state_set"):
+                more.write(topic, odometry(3.5, (1, 2, 3)), stamp_of(3.5))
+        self.expect_refused(bag, "the base was put elsewhere at t = 3.498 s, by /state_set: must be one drive")
+        with rosbag.Bag(self.record(), "a") as more:
             more.write("/base/base_controller/torques_command", Twist(), stamp_of(3))
         self.expect_refused(bag, "has torques_command")
         self.read(bag, encoders=True)

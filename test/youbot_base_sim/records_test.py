@@ -75,10 +75,8 @@ class RecordsTest(RunsPrograms):
         self.analyse(self.path("drive.bag"))
         self.assertRegex(self.out, "  slip +/joint_states has the joints front_left, front_right, rear_left, rear_right, "
                          "not the wheels wheel_joint_fl, .* with --joints")
-        for option, value, words in (("--joints", "a,b,c", "must be four joints"), ("--ticks", "0", "a number > 0"),
-                                     ("--joints", "a,b,c,-c", "must be four joints")):
-            self.analyse(self.path("drive.bag"), option, value, status=2)
-            self.one_line(words)
+        self.analyse(self.path("drive.bag"), "--joints", "a,b,c,-c", status=2)
+        self.one_line("must be four joints")
 
     def test_stamped_commands(self):
         numbers = self.expect("cmd_vel", stamped=True)

@@ -114,12 +114,6 @@ class TableFromBagTest(RunsPrograms):
     def test_what_cannot_be_read_or_told_is_refused(self):
         velocity, other = ("--velocity", self.csv), self.path("other.csv")
         self.refused("x.bag: No such file", *velocity)
-        for content, words in (("something else", "x.bag is not a bag"), ("", "x.bag is empty")):
-            with open(self.bag, "w") as file:
-                file.write(content)
-            self.refused(words, *velocity)
-        rosbag.Bag(self.bag, "w").close()
-        self.refused("x.bag has no messages", *velocity)
         self.record("/cmd_vel", [(0, twist(0, 0, 0))])
         for words, *arguments in (
                 ("or --angles FILE alone",),
@@ -128,7 +122,6 @@ class TableFromBagTest(RunsPrograms):
                 ("--topic /cmd: must be a topic of a base; it has /cmd_vel", *velocity, "--topic", "/cmd"),
                 ("no joint_states (sensor_msgs/JointState); it has", *velocity, "--measured"),
                 ('--torque = "": must not be empty', *velocity, "--torque", ""),
-                ("--topic: '': must be NAME=TOPIC", *velocity, "--topic", ""),
                 ("--wheel-radius: '': must be a number > 0", *velocity, "--wheel-radius", ""),
                 ("--velocity", "--velocity", self.path("./x.bag")),
                 ("must not be a file that is read", "--torque", other, "--velocity", self.bag),
@@ -153,10 +146,7 @@ class TableFromBagTest(RunsPrograms):
         with open(self.csv) as file:
             self.assertEqual(len(file.readlines()), 1 + len(rows))  # whole all the same
 
-    def test_one_run_alone(self):
-        self.record("/cmd_vel", [(t, twist(0, 0, 0)) for t in (0, 1, 2, 0.5, 1)])
-        self.refused("x.bag: the times of /cmd_vel go back from t = 2.000 s to 0.500 s: must be one run", "--velocity",
-                     self.csv)
+    def test_a_base_that_was_put_elsewhere_is_refused(self):
         for topic, words in (("state_set", "x.bag: the base was put elsewhere at t = 1.500 s, by state_set: must be one "
                               "run"), ("/b/state_set", "")):
             self.record("/a/cmd_vel", [(t, twist(0, 0, 0)) for t in (0, 1)],
