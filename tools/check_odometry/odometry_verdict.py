@@ -16,6 +16,7 @@ WINDOW = 0.1                                    # s, over which motions are comp
 LAGS = np.arange(-0.2, 0.2001, 0.005)           # s, tried
 LENGTHS, FACTOR, CENTRE, LATE = 0.01, 0.02, 5e-3, 0.015  # allowed: relative, relative, m, s
 UNEXPLAINED = 0.05                              # share of the motion that no combination of the wheels gives
+WEIGHTS = np.array([1, 1, 0.4])                 # of X, Y and yaw
 # The motion of the base by wheels of radius 1 at half lengths of 1: rows X, Y, yaw. The fourth combination is slip.
 IDEAL = np.array([[1, 1, 1, 1], [-1, 1, 1, -1], [-1, 1, -1, 1]]) / 4
 
@@ -80,12 +81,12 @@ def matrix_of(drives, lag):
     return A, np.array([rms(left) for left in (given - turned @ A.T).T]) / np.where(size > 0, size, 1)
 
 
-Reading = namedtuple("Reading", "order signs swapped factors centre")
+Reading = namedtuple("Reading", "order signs swapped factors centre left")
 
 
 def readings(A):
     """All ways to read A as that of Mecanum wheels: (share of A that is left, faults, Reading). `factors`: of the rows of
-    IDEAL, m, m, rad; `centre`: the point whose motion it gives, m in X and Y."""
+    IDEAL, m, m, rad; `centre`: the point whose motion it gives, m in X and Y; `left`: the rest of A by that order and signs."""
     for order in itertools.permutations(range(4)):
         for signs in itertools.product((1, -1), repeat=4):
             B = A[:, order] * signs
@@ -99,25 +100,25 @@ def readings(A):
                 factors = np.diag(parts)
                 faults = (sum(k != wheel for k, wheel in enumerate(order)) + signs.count(-1) + 1.5 * swapped
                           + np.sum(factors < 0) + 1.5 * (np.abs(centre).max() > CENTRE))
-                weights = np.array([1, 1, 0.4])[:, None]
-                share = np.linalg.norm(weights * left) / np.linalg.norm(weights * A)
-                yield share, faults, Reading(order, signs, swapped, factors, centre)
+                share = np.linalg.norm(left.T * WEIGHTS) / np.linalg.norm(A.T * WEIGHTS)
+                yield share, faults, Reading(order, signs, swapped, factors, centre, left)
 
 
 def read(A):
-    """The simplest of the readings that leave least, and the share that it leaves."""
+    """The simplest of the readings that leave least."""
     found = list(readings(A))
     least = min(share for share, _, _ in found)
-    share, _, reading = min((one for one in found if one[0] < least + 0.02), key=lambda one: (one[1], one[0]))
-    return reading, share
+    return min((one for one in found if one[0] < least + 0.02), key=lambda one: (one[1], one[0]))[2]
 
 
 def named(wheels):
     return " and ".join(WHEELS[k] for k in wheels)
 
 
-def judge_matrix(A, base, findings):
-    reading, share = read(A)
+def judge_matrix(A, turned, base, findings):
+    """The share is that of the motion: what a node makes of slip, in which wheels seldom turn, hardly moves its pose."""
+    reading = read(A)
+    share = rms((turned[:, reading.order] * reading.signs) @ reading.left.T * WEIGHTS) / rms(turned @ A.T * WEIGHTS)
     add = lambda good, what, text: findings.append(Finding("ok" if good else "FAULT", what, text))
     if share > UNEXPLAINED:
         add(False, "kinematics", f"are not those of Mecanum wheels: {100 * share:.0f} % of them fits no order, sign or size")
@@ -240,7 +241,7 @@ def judge(rolling, slipping, base):
                                 "do not follow from the wheels"))
     if not (np.isfinite(A).all() and A.any()):
         return [*findings, Finding("FAULT", "pose", "does not change")], []
-    judge_matrix(A, base, findings)
+    judge_matrix(A, np.vstack([drive.turned(lag) for drive in drives]), base, findings)
     judge_twist(drives, findings)
     judge_frames(slipping, findings)
     judge_commands(rolling, findings)
