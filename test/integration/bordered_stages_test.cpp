@@ -179,7 +179,7 @@ TYPED_TEST(BorderedStagesTest, SolvesForEveryStepAndStiffness) {
         system.set_step(dt);
         for (std::size_t j = 0; j < system.G.size(); ++j) {
           const State x = random_state(random, robot, Wheels::Zero(), nu * slip_by_nu);
-          model.damping(x.velocities(), model.contacts(x.velocities(), x.phi()), system.G[j]);
+          model.damping(x.velocities(), contacts_of(model, x.velocities(), x.phi()), system.G[j]);
           system.C[j] = model.inertia().coriolis_derivative(x.velocities().v);
         }
         typename TypeParam::Vector wanted(TypeParam::kSize);
