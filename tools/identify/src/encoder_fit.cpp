@@ -437,7 +437,7 @@ EncoderFit fit_encoders(const Scene& start, const std::vector<DriveRecord>& reco
   const std::size_t parameters = encoder_parameters().size();
   Trial trial = trial_of(encoder_parameters(), {start, {}, std::vector<ClockMap>(records.size())});
   trial.weight.setConstant(1 / kPrior);
-  trial.weight.head(kSizes).setZero();  // any drive shows them, and the start's may be far off
+  trial.weight[0] = 0;  // any drive shows the wheels' radius, and the start's may be far off
   for (std::size_t k = 0; k < parameters; ++k)
     trial.expected[k] = encoder_parameters()[k].get(start) / encoder_parameters()[k].step;
   EncoderComparison comparison(records, settings, trial.candidate);
