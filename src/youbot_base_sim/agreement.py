@@ -5,7 +5,7 @@ import numpy as np
 
 from .base import WHEELS
 from .command_line import shown
-from .ground_truth import RARE
+from .ground_truth import RARE_PERIOD
 from .series import POSE, Series, differentiated
 
 PIECE = 0.5   # s, over which motions are compared
@@ -44,7 +44,7 @@ def compared(record, name):
 def rare_poses(record, name):
     """Poses of ground truth, if velocities would be too smooth; else None."""
     poses = record.poses.known(*POSE[:3]) if name == "ground_truth" and record.poses else None
-    return poses if poses and poses.period > RARE else None
+    return poses if poses and poses.period > RARE_PERIOD else None
 
 
 def to_metres(record, name):

@@ -80,7 +80,8 @@ class Bag:
         if not self.counts:
             raise Refused(f"{shown(path)} has no messages{' that can be read' if self.problem else ''}")
         self._check_chosen(connections)
-        self.notes, self._shifts, self._steady, self._at_arrival, self._at_stamp = [], {}, set(), self.seconds, self.seconds
+        self.notes, self._shifts, self._steady = [], {}, set()
+        self._at_arrival = self._at_stamp = self.seconds
         self._choose_clock({topic: np.frombuffer(both).reshape(-1, 2) for topic, both in stamped.items()})
 
     def _check_chosen(self, connections):

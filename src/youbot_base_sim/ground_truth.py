@@ -16,7 +16,7 @@ TRANSFORMS = ("tf2_msgs/TFMessage", "tf/tfMessage")
 NO_ROTATION = "has a quaternion that is no rotation"
 LARGEST_TILT = 15  # deg
 SMOOTHING = 0.05     # s to either side, over which velocities are the slopes of fitted lines
-RARE = 0.1           # s, from one pose to the next: means would move the base in starts and turns
+RARE_PERIOD = 0.1    # s, from one pose to the next: means would move the base in starts and turns
 WINDOW, LONG_WINDOW = 0.1, 0.3  # s, over which motions of marker and wheels are compared; the long one of noisy poses
 NOISY = 0.1          # share of a marker's motion that the wheels' does not explain
 FEWEST = 20          # windows of a drive are too few
@@ -282,9 +282,9 @@ def to_odometry(poses, odom, sigma):
 
 
 def smoothed(poses):
-    """Means over SMOOTHING to either side, unless poses are rare, and velocities from its ends: noise would lengthen the
-    path."""
-    is_rare = poses.period > RARE
+    """Means over SMOOTHING to either side, unless poses are rare, and velocities from its ends: noise would lengthen
+    the path."""
+    is_rare = poses.period > RARE_PERIOD
     reach = max(SMOOTHING, (1 if is_rare else 1.5) * poses.period)
     values = np.stack([poses[name] for name in ("x", "y", "psi")], -1)
     area = np.cumsum(np.diff(poses.t, prepend=poses.t[0])[:, None] * (values + np.roll(values, 1, axis=0)) / 2, axis=0)

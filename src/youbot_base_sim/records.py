@@ -92,7 +92,7 @@ def read_record(bag, base, chosen=(), progress=lambda n: None, only=None, namesp
             rows[topic].setdefault(connection.publisher, []).append((t, *row))
             record.origins.setdefault((topic, connection.publisher), origin(connection.publisher, message))
     record.notes += left_out.notes(names)
-    record.origins = {topic: record.origins[topic, max(found, key=lambda one: len(found[one]))]
+    record.origins = {topic: record.origins[topic, largest_first(found)[0]]
                       for topic, found in rows.items() if found}
     rows = {topic: choose_publisher(record, topic, found, TOPICS[names[topic]].is_sampled)
             for topic, found in rows.items()}
@@ -138,10 +138,15 @@ def commands_of(record, driver, names):
     return np.array(list(table)), np.array(list(table.values())).reshape(-1, 4)
 
 
+def largest_first(rows):
+    """Publishers, that with the most messages first, the first of equals."""
+    return sorted(rows, key=lambda publisher: -len(rows[publisher]))
+
+
 def choose_publisher(record, topic, rows, is_sampled):
     """The rows of a topic: of several nodes that publish samples, those of the one with the most, the first of equals.
     Commands and events may come from several."""
-    used, *others = sorted(rows, key=lambda publisher: -len(rows[publisher])) or [""]
+    used, *others = largest_first(rows) or [""]
     if others:
         left = ", not " + ", ".join(f"{shown(one)} ({len(rows[one])})" for one in others)
         which = f"{shown(used)} ({len(rows[used])} messages){left}" if is_sampled else f"all, {', '.join(map(shown, rows))}"
