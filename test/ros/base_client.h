@@ -70,14 +70,14 @@ class BaseClient {
   /// Calls a service; false where it fails.
   static bool call(const std::string& name) {
     std_srvs::Empty service;
-    return ros::service::call(name, service);
+    return call_service(name, service);
   }
 
   /// Sets the faults; throws if they are refused.
   static void set_faults(const SetFaults::Request& faults) {
     SetFaults service;
     service.request = faults;
-    if (!ros::service::call("base_node/set_faults", service) || !service.response.success) {
+    if (!call_service("base_node/set_faults", service) || !service.response.success) {
       throw std::runtime_error("~set_faults fails: " + service.response.message);
     }
   }
@@ -94,7 +94,7 @@ class BaseClient {
   Step::Response step(std::uint32_t periods) {
     Step service;
     service.request.periods = periods;
-    if (!ros::service::call("base_node/step", service)) throw std::runtime_error("~step cannot be called");
+    if (!call_service("base_node/step", service)) throw std::runtime_error("~step cannot be called");
     if (service.response.success) {
       wait_for("the last step", [&] { return clock_ >= stamp_of(service.response.t); });
       settle();

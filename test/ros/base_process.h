@@ -62,7 +62,7 @@ class BaseProcess {
   /// Calls a service that the loop answers, once the node is there.
   bool call(const std::string& name) {
     std_srvs::Empty service;
-    return ros::service::waitForService(ns_ + name, ros::Duration(20)) && ros::service::call(ns_ + name, service);
+    return ros::service::waitForService(ns_ + name, ros::Duration(20)) && call_service(ns_ + name, service);
   }
 
   void send(int signal) { program_.send(signal); }

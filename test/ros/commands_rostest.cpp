@@ -248,7 +248,7 @@ TEST(DelayedCommands, delay_that_makes_no_sense_is_refused) {
   BaseClient& base = BaseClient::fresh();
   SetFaults service;
   service.request.command_delay = -1;
-  ASSERT_TRUE(ros::service::call("base_node/set_faults", service));
+  ASSERT_TRUE(call_service("base_node/set_faults", service));
   EXPECT_FALSE(service.response.success);
   EXPECT_NE(service.response.message.find("command_delay = -1"), std::string::npos) << service.response.message;
   base.command(torque_message(Wheels::Constant(1), {}));

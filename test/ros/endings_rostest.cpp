@@ -195,7 +195,7 @@ TEST_F(Endings, signal_ends_a_step_of_any_length) {
   std::thread step([&] {
     Step service;
     service.request.periods = 4000000000;
-    succeeded = ros::service::call("/stepping/base/step", service) && service.response.success;
+    succeeded = call_service("/stepping/base/step", service) && service.response.success;
   });
   base.expect_instants(10);
   EXPECT_TRUE(base.call("/base/switchOffMotors")) << "answered meanwhile";

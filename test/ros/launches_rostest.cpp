@@ -36,7 +36,7 @@ TEST_F(DriverLaunch, node_and_services_have_the_drivers_names) {
   for (const char* service : {"/base/switchOffMotors", "/base/switchOnMotors", "/reconnect"}) {
     EXPECT_TRUE(ros::service::exists(service, true)) << service;
     std_srvs::Empty call;
-    EXPECT_TRUE(ros::service::call(service, call)) << service;
+    EXPECT_TRUE(call_service(service, call)) << service;
   }
 }
 

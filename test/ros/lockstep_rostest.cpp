@@ -207,7 +207,7 @@ std::vector<double> drive_and_set_state(BaseClient& base) {
   const ros::Time start = ros::Time::now();
   for (int k = 0; k < 30; ++k) {
     commands.publish(towards(base.truth.pose.pose.position.x));
-    if (k == 10 && !ros::service::call("base_node/set_state", put)) throw std::runtime_error("~set_state fails");
+    if (k == 10 && !call_service("base_node/set_state", put)) throw std::runtime_error("~set_state fails");
     rate.sleep();
     ros::spinOnce();
     const auto& [position, orientation] = base.truth.pose.pose;
@@ -299,7 +299,7 @@ TEST(Lockstep, reset_forgets_a_command_that_has_just_come) {
   wait_for("the clock to go on", [&] { return base.time() > 2 * kPeriod; });
   base.pause();
   Step step;
-  EXPECT_TRUE(ros::service::call("base_node/step", step));
+  EXPECT_TRUE(call_service("base_node/step", step));
   EXPECT_EQ(step.response.t, 0) << "nothing was simulated";
   base.unpause();
 }

@@ -47,7 +47,7 @@ TEST(TimeServices, step_of_any_length_leaves_all_else_served) {
   for (const char* ended_by : {"~pause", "~unpause", "~reset"}) {
     Step service;
     service.request.periods = 4000000000;
-    std::thread step([&service] { EXPECT_TRUE(ros::service::call("base_node/step", service)); });
+    std::thread step([&service] { EXPECT_TRUE(call_service("base_node/step", service)); });
     wait_for("the step", [&] { return base.time() > 1; });
     EXPECT_TRUE(base.call("base/switchOnMotors"));
     EXPECT_TRUE(base.call("base_node" + std::string(ended_by).replace(0, 1, "/")));
@@ -123,7 +123,7 @@ SetLoads::Response set_loads(double mass, double x, double inertia = 0) {
   service.request.loads[0].mass = mass;
   service.request.loads[0].position.x = x;
   service.request.loads[0].inertia = inertia;
-  EXPECT_TRUE(ros::service::call("base_node/set_loads", service));
+  EXPECT_TRUE(call_service("base_node/set_loads", service));
   return service.response;
 }
 
@@ -207,7 +207,7 @@ geometry_msgs::Pose pose(double x, double y, double heading) {
 SetState::Response set_state(const SetState::Request& request) {
   SetState service;
   service.request = request;
-  EXPECT_TRUE(ros::service::call("base_node/set_state", service));
+  EXPECT_TRUE(call_service("base_node/set_state", service));
   EXPECT_EQ(service.response.success, service.response.status_message.empty());
   return service.response;
 }

@@ -65,7 +65,7 @@ TEST_F(SlipOdometryNode, follows_the_wheels_of_another_base) {
 TEST_F(SlipOdometryNode, resets_and_says_so) {
   drive(4, 5);
   std_srvs::Trigger service;
-  ASSERT_TRUE(ros::service::call("/slip_odometry/reset", service));
+  ASSERT_TRUE(call_service("/slip_odometry/reset", service));
   EXPECT_TRUE(service.response.success);
   publish(5.02);
   wait_for("odometry", [&] { return last_->header.stamp >= ros::Time(105.02); });
