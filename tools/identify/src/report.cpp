@@ -18,20 +18,20 @@ std::string list_of(const Wheels& w) { return fmt::format("[{:.4f}]", fmt::join(
 
 /// Puts what was fitted into the scene file.
 void set_fitted(YAML::Node& root, const Fit& fit, Comments& comments) {
-  const Scene& scene = fit.best.scene;
+  const RobotParameters& robot = fit.best.scene.robot;
   for (const auto& [p, number, sigma, error_without] : fit.numbers) {
     std::string key = p->key;
     YAML::Node value(fmt::format("{:.6g}", number));
-    const Wheels& angle = scene.robot.roller_angle;
-    if (key == "roller_angle" && angle.minCoeff() < 0) value = YAML::Load(list_of(angle));
+    if (key == "roller_angle" && robot.roller_angle.minCoeff() < 0) value = YAML::Load(list_of(robot.roller_angle));
     if (key == "com_X" || key == "com_Y") {
       key = "com";
-      value = YAML::Load(fmt::format("[{:.6g}, {:.6g}]", scene.robot.a_X, scene.robot.a_Y));
+      value = YAML::Load(fmt::format("[{:.6g}, {:.6g}]", robot.a_X, robot.a_Y));
     }
-    if (key == "wheel_radius") root["robot"]["roller_axis_radius"] = fmt::format("{:.6g}", scene.robot.R_d);
+    if (key == "wheel_radius") root["robot"]["roller_axis_radius"] = fmt::format("{:.6g}", robot.R_d);
     root[p->section][key] = value;
-    comments[fmt::format("{}.{}", p->section, key)] +=
-        fmt::format("{}fitted, sigma {:.2g} {}", key == "com" ? std::string(p->key) + ": " : "", sigma, p->unit);
+    std::string& comment = comments[fmt::format("{}.{}", p->section, key)];
+    if (key == "com") comment += fmt::format("{}{}: ", comment.empty() ? "" : ", ", p->key);
+    comment += fmt::format("fitted, sigma {:.2g} {}", sigma, p->unit);
   }
 }
 
@@ -137,6 +137,7 @@ std::string report(const Scene& start, const std::vector<DriveRecord>& records, 
       "error on stretches that were held out (1: the usual one): {:.3g} before, {:.3g} by fitted kinematics, {:.3g} "
       "where angles are unknown, {:.3g} after\n",
       fit.error_before, fit.error_kinematics, fit.error_unknown, fit.error_after);
+  if (fit.error_unknown < fit.error_after) text += "wheel angles do not lower it: fit with --unknown-angles\n";
   return text;
 }
 

@@ -43,7 +43,8 @@ Twin twin_of(unsigned seed) {
 TEST(EncoderTwinTest, IsFoundAgain) {
   const Twin twin = twin_of(3);
   const ClockMap clock{0.031, 0.001};  // as the reader of bags leaves them
-  const EncoderFit fit = fit_encoders(measured_base(), {record_of(twin, kDrive, clock)});
+  const std::vector<DriveRecord> records = {record_of(twin, kDrive, clock)};
+  EncoderFit fit = fit_encoders(measured_base(), records);
   EXPECT_EQ(fit.numbers.size() + fit.unidentifiable.size(), encoder_parameters().size());
   for (const Fit::Number& number : fit.numbers) {
     const Parameter& p = *number.parameter;
@@ -70,6 +71,10 @@ TEST(EncoderTwinTest, IsFoundAgain) {
   }
   EXPECT_LT(fit.error_after, 0.5 * fit.error_kinematics);
   EXPECT_LT(fit.error_after, 0.7 * fit.error_unknown);
+
+  EXPECT_EQ(report(measured_base(), records, fit).find("--unknown-angles"), std::string::npos);
+  std::swap(fit.error_after, fit.error_unknown);
+  EXPECT_NE(report(measured_base(), records, fit).find("--unknown-angles"), std::string::npos);
 }
 
 TEST(EncoderTwinTest, WithoutAnglesFitsTheMean) {
