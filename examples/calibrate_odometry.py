@@ -28,7 +28,7 @@ def read(path):
             if topic == "/ground_truth":
                 pose = message.pose.pose
                 poses[stamp] = pose.position.x, pose.position.y, 2 * math.atan2(pose.orientation.z, pose.orientation.w)
-            else:
+            elif len(message.position) >= 4:
                 wheels[stamp] = message.position[:4]
     stamps, last = [], None
     for stamp in sorted(wheels.keys() & poses.keys()):
@@ -38,7 +38,12 @@ def read(path):
 
 
 def main(path):
-    wheels, poses = read(path)
+    try:
+        wheels, poses = read(path)
+    except (OSError, ValueError, rosbag.ROSBagException) as error:
+        sys.exit(f"{path}: {error}; must be a complete bag")
+    if len(wheels) < 2:
+        sys.exit(f"{path}: needs joint_states of the wheels and ground_truth with the same stamps")
     rolled = numpy.diff(wheels, axis=0) @ KINEMATICS.T
     yaw = numpy.unwrap(poses[:, 2])
     middle = (yaw[1:] + yaw[:-1]) / 2

@@ -16,7 +16,8 @@ RADIUS = 0.05  # m
 LIMIT = 0.02   # m/s
 
 
-def main(path):
+def read(path):
+    """Angles of the wheels and the largest slip of any contact, by stamp."""
     positions, true = {}, {}
     with rosbag.Bag(path) as bag:
         for topic, message, _ in bag.read_messages():
@@ -26,6 +27,14 @@ def main(path):
             elif name == "joint_states" and set(JOINTS) <= set(message.name):
                 angles = [message.position[message.name.index(joint)] for joint in JOINTS]
                 positions[message.header.stamp] = angles
+    return positions, true
+
+
+def main(path):
+    try:
+        positions, true = read(path)
+    except (OSError, ValueError, rosbag.ROSBagException) as error:
+        sys.exit(f"{path}: {error}; must be a complete bag")
     stamps = sorted(positions.keys() & true.keys())
     if len(stamps) < 2:
         sys.exit(f"{path}: needs joint_states of the wheels and contacts with the same stamps")

@@ -110,6 +110,11 @@ TEST_F(SimulateTest, WritesWhatItIsAskedFor) {
   ASSERT_EQ(verbose.wait(), 0) << verbose.err();
   EXPECT_NE(verbose.out().find("roller switches"), std::string::npos) << verbose.out();
   EXPECT_EQ(simulate.err(), "");  // no progress bar into a file
+  Program rest(SIMULATE, {folder_.write("rest.yaml",
+                                        "duration: 0.01\ninitial: {twist: [-1.0e-20, 0, 0]}\n"
+                                        "drive: {torque: [{start: 0, constant: [0, 0, 0, 0]}]}\n")});
+  ASSERT_EQ(rest.wait(), 0) << rest.err();
+  EXPECT_EQ(rest.out().find("-0.0"), std::string::npos) << rest.out();
 }
 
 TEST_F(SimulateTest, NumbersReadBackToTheSameDouble) {

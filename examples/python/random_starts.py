@@ -11,7 +11,10 @@ import numpy as np
 from youbot_base_sim import Batch
 
 CASE1 = Path(__file__).resolve().parents[2] / "config" / "scenes" / "case1_counter_clockwise.yaml"
-runs = int(sys.argv[1]) if len(sys.argv) > 1 else 1000
+runs = sys.argv[1] if len(sys.argv) > 1 else "1000"
+if not runs.isdigit() or not 0 < int(runs) <= 1000000:
+    sys.exit(f"RUNS = {runs}: must be a whole number, 1 to 1000000")
+runs = int(runs)
 
 batch = Batch(CASE1, runs)
 batch.expand("initial.wheel_angles", np.random.default_rng(1).uniform(0, np.pi / 3, (runs, 4)))  # within a roller

@@ -101,14 +101,15 @@ std::string summary_text(const Simulation& simulation, double wall_time, const R
                          bool verbose) {
   const State& x = simulation.state();
   const IntegrationStatistics& statistics = simulation.statistics();
+  const auto fix = [](double value, double per = 1e6) { return std::round(per * value) / per + 0.0; };  // no -0
   std::string text = fmt::format(
       "final pose      x {:.6f} m, y {:.6f} m, psi {:.6f} rad ({:.1f} degrees)\n"
       "final velocity  V_X {:.6f} m/s, V_Y {:.6f} m/s, Omega {:.6f} rad/s\n"
       "path            {:.4g} m of the base; a turn counts at the wheels' centres\n"
       "energy balance  closes to {:.2g} J of {:.4g} J that drives and wheels exchanged\n"
       "model {} by {}: {:g} s in {:.3g} s, {:.4g} times real time\n",
-      x.x(), x.y(), x.psi(), x.psi() * 180 / M_PI, x.V_X(), x.V_Y(), x.Omega(), rows.path().base,
-      simulation.energy_balance_error(), rows.energy().drive_work, name_of(simulation.scene().model),
+      fix(x.x()), fix(x.y()), fix(x.psi()), fix(x.psi() * 180 / M_PI, 10), fix(x.V_X()), fix(x.V_Y()), fix(x.Omega()),
+      rows.path().base, simulation.energy_balance_error(), rows.energy().drive_work, name_of(simulation.scene().model),
       simulation.method(), simulation.time(), wall_time, simulation.time() / wall_time);
   if (twin) {
     text += fmt::format("error bar       {:.2g} m, {:.2g} rad: how far a twin at half the tolerance parts from it\n",
@@ -120,10 +121,9 @@ std::string summary_text(const Simulation& simulation, double wall_time, const R
   }
   const auto rollers = simulation.rollers();
   const auto others = simulation.other_rollers();
-  for (int i = 0; i < kWheels; ++i) {
-    if (!others[i]) continue;
-    text += fmt::format("wheel {} ends between rollers {} and {}\n", kWheelNames[i], rollers[i], *others[i]);
-  }
+  for (int i = 0; i < kWheels; ++i)
+    if (others[i])
+      text += fmt::format("wheel {} ends between rollers {} and {}\n", kWheelNames[i], rollers[i], *others[i]);
   if (const auto record = simulation.reaction_record()) {
     const Wheels& off = record->time_off_floor;
     text += fmt::format("minimum normal reactions, N: {}", named(record->min_N));

@@ -110,5 +110,5 @@ def contradictions(record):
         if off:
             other = "its wheels roll" if "joint_states" in record.series else "by odometry"
             yield (f"{shown(record.topics[name])}: the base moves {', '.join(off)} times as far as {other}: must be "
-                   f"{1 / APART:g} to {APART:g} times: give this base's sizes with --scene, its joints and ticks with "
-                   "--joints and --ticks")
+                   f"{1 / APART:g} to {APART:g} times: it slid, or has other sizes (--scene), joints or ticks (--joints, "
+                   "--ticks)")

@@ -25,6 +25,8 @@ def csv_text(columns, rows, form=lambda value: "" if value != value else repr(va
 def read_csv(option, path, allowed):
     """Yields the rows of a CSV table, lists of texts of one length, names first; skips blank lines. Throws Refused."""
     content = io.BytesIO(read_whole(option, path, LARGEST_TABLE, allowed))
+    if content.getvalue().startswith(b"#ROSBAG"):
+        raise Refused(f"{option} {shown(path)}: is a bag, which analyse reads; must be {allowed}".lstrip())
     rows, columns, row = csv.reader(io.TextIOWrapper(content, encoding="utf-8-sig", newline="")), None, None
     try:
         for row in filter(None, rows):

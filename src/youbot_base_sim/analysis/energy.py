@@ -3,7 +3,7 @@ import numpy as np
 
 from ..figures import BLACK, GREEN, ORANGE, RED, SKY, thinned
 from ..records import Missing, middles
-from .section import Section, summed
+from .section import Section, number, summed
 
 GAINS = ("drive", "external")
 LOSSES = ("bearing", "roller", "floor")
@@ -57,17 +57,17 @@ def balance(contacts):
                        ("lost by slip on the floor", "floor"), ("kept as kinetic energy", "gained")):
         if name == "external" and not sums[name].any():
             continue
-        share = "" if name == "drive" else f"  {100 * sums[name][-1] / turned_over:5.1f} %"
-        section.say(what, f"{sums[name][-1]:10.4f} J{share}", **{name + "_energy": (sums[name][-1], "J")})
+        share = "" if name == "drive" else f"  {number(100 * sums[name][-1] / turned_over, '5.1f')} %"
+        section.say(what, f"{number(sums[name][-1], '10.4f')} J{share}", **{name + "_energy": (sums[name][-1], "J")})
     worst, worst_coarse = np.abs(left).max(), np.abs(left_coarse).max()
     share = np.abs(left[-1]) / turned_over
     verdict = "the balance closes" if share <= CLOSED else (
         "the samples are too far apart to close the balance" if abs(left_coarse[-1]) > 1.5 * abs(left[-1])
         else "THE BALANCE DOES NOT CLOSE: the powers lack something, such as rollers stopped by switches")
-    section.say("residual", f"{left[-1]:10.4f} J at the end, {worst:.4f} J at most: {100 * share:.2g} % of what was "
+    section.say("residual", f"{number(left[-1], '10.4f')} J at the end, {worst:.4f} J at most: {100 * share:.2g} % of what was "
                 "put in", residual=(left[-1], "J"), residual_maximal=(worst, "J"))
-    section.say("", f"from samples every {1e3 * contacts.period:.3g} ms; {left_coarse[-1]:.4f} J at the end from every "
-                f"second one: {verdict}", residual_from_half_the_samples=(left_coarse[-1], "J"),
+    section.say("", f"from samples every {1e3 * contacts.period:.3g} ms; {number(left_coarse[-1], '.4f')} J at the end from "
+                f"every second one: {verdict}", residual_from_half_the_samples=(left_coarse[-1], "J"),
                 residual_maximal_from_half_the_samples=(worst_coarse, "J"))
     gaps = len(contacts.stretches()) - 1
     if gaps:

@@ -6,7 +6,7 @@ import numpy as np
 from ..figures import RED, curve
 from ..records import POSE, Missing
 from .path import draw_track
-from .section import Section, each, rms, summed
+from .section import Section, each, number, rms, summed
 
 PIECE, PIECE_ANGLE = 1.0, math.pi / 2  # m and rad: pieces over which the error is measured afresh
 
@@ -15,12 +15,12 @@ def analyse(record):
     odom, truth = (record.need(name, *POSE[:3]) for name in ("odom", "ground_truth"))
     aligned = Aligned(odom, truth)
     section = Section("odometry", "Odometry against ground truth, aligned in position and heading at t = "
-                                  f"{round(aligned.t[0], 3) + 0:.3f} s")
+                                  f"{number(aligned.t[0], '.3f')} s")
     length, rotation = aligned.length[-1], aligned.rotation[-1]
     section.say("path length and rotation", f"{length:.3f} m, {math.degrees(rotation):.1f} deg",
                 path_length=(length, "m"), rotation=(rotation, "rad"))
-    section.say("at the end", f"{aligned.distance[-1]:.4f} m, {math.degrees(aligned.heading[-1]):.3f} deg "
-                f"(t = {aligned.t[-1]:.3f} s)", final_error=(aligned.distance[-1], "m"),
+    section.say("at the end", f"{aligned.distance[-1]:.4f} m, {number(math.degrees(aligned.heading[-1]), '.3f')} "
+                f"deg (t = {aligned.t[-1]:.3f} s)", final_error=(aligned.distance[-1], "m"),
                 final_heading_error=(aligned.heading[-1], "rad"))
     farthest, heading = aligned.distance.max(), np.abs(aligned.heading)
     section.say("at most", f"{farthest:.4f} m (t = {aligned.t[np.argmax(aligned.distance)]:.3f} s), "

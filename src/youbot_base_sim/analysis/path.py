@@ -3,7 +3,7 @@ import numpy as np
 
 from ..figures import BLACK, RED, thinned
 from ..records import POSE
-from .section import Section
+from .section import Section, number
 
 
 def analyse(record):
@@ -17,7 +17,8 @@ def analyse(record):
         section.say("path length by odometry",
                     f"{np.sum(np.hypot(dx, dy)):.3f} m, {np.degrees(np.sum(np.abs(turn))):.1f} deg")
         section.draw = lambda figure: draw_track(figure.subplots(), ("odometry", seen["x"], seen["y"]))
-    section.say("true pose" if truth else "pose by odometry", f"x {x:.4f} m, y {y:.4f} m, psi {psi:.4f} rad",
+    section.say("true pose" if truth else "pose by odometry", "x {} m, y {} m, psi {} rad".format(
+        *(number(value, ".4f") for value in (x, y, psi))),
                 final_x=(x, "m"), final_y=(y, "m"), final_psi=(psi, "rad"))
     desired = record.get("desired")
     if desired and truth:

@@ -25,11 +25,17 @@ class Section:
     def wheels(self, what, values, form, name, unit):
         """A line with a value for each wheel."""
         values = list(values)
-        self.say(what, "".join(f"{value:>10{form}}" for value in values),
+        self.say(what, "".join(number(value, f">10{form}") for value in values),
                  **{f"{name}_{wheel}": (value, unit) for wheel, value in zip(WHEELS, values)})
 
     def wheel_header(self):
         self.say("", "".join(f"{wheel:>10}" for wheel in WHEELS))
+
+
+def number(value, form):
+    """The value as text; what rounds to zero has no sign."""
+    text = f"{value:{form}}"
+    return text if float(text) else f"{abs(value):{form}}"
 
 
 def rms(values, axis=0):

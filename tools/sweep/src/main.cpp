@@ -53,7 +53,7 @@ struct Arguments {
 double seconds_since(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
 
 Usage usage() {
-  std::string remarks = "\nQuantities of a row:\n";
+  std::string remarks = "\nQuantities of a row (of all runs, less than 1e-9 is printed as 0):\n";
   for (const Quantity& quantity : quantities()) remarks += fmt::format("  {:<24}{}\n", quantity.name, quantity.text);
   return {"sweep FAMILY.yaml [options]",
           "Simulates a family of scenes, as docs/sweep.md describes it, and writes a table with a row for each run.\n"

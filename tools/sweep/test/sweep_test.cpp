@@ -343,9 +343,10 @@ TEST_F(SweepTest, ListSaysHowManyRunsAndHowLong) {
 TEST_F(SweepTest, TellsTheSpreadOfEachQuantity) {
   const std::string f = folder_.write("spread.yaml",
                                       "scene: scene.yaml\naxes: [{key: 'initial.pose[0]', values: [1, 2, 5]}]\n"
-                                      "quantities: [x, y]\n");
+                                      "quantities: [x, y, V_X]\n");
   folder_.write("scene.yaml",
-                "duration: 0.1\ninitial: {pose: [0, 0, 90]}\ndrive: {torque: [{start: 0, constant: [0, 0, 0, 0]}]}\n");
+                "duration: 0.1\ninitial: {pose: [0, 0, 90], twist: [-1.0e-20, 0, 0]}\ndrive: {torque: [{start: 0, "
+                "constant: [0, 0, 0, 0]}]}\n");
   Program sweep(SWEEP, {f, "--csv", folder_.path("table.csv")});
   EXPECT_EQ(sweep.wait(), 0) << sweep.err();
   EXPECT_NE(sweep.err().find("sweep: warning: initial.pose has 90 rad"), std::string::npos) << sweep.err();
@@ -354,6 +355,7 @@ TEST_F(SweepTest, TellsTheSpreadOfEachQuantity) {
   ASSERT_TRUE(std::regex_search(out, found, std::regex("\nx +(\\S+) +(\\S+) +(\\S+) +(\\S+) +(\\S+)\n"))) << out;
   const double expected[] = {1, 5, 4, 8.0 / 3, std::sqrt(13.0 / 3)};
   for (std::size_t k = 0; k < 5; ++k) EXPECT_NEAR(std::stod(found[k + 1]), expected[k], 0.01) << k;
+  EXPECT_TRUE(std::regex_search(out, std::regex("\nV_X( +0){5}\n"))) << out;
 }
 
 TEST_F(SweepTest, KeepsTrajectories) {
