@@ -154,11 +154,10 @@ std::string Spread::text() const {
   std::string text = fmt::format("{:<24}{:>13}{:>13}{:>13}{:>13}{:>13}\n", "(units: --help)", "minimum", "maximum",
                                  "spread", "mean", "deviation");
   const auto known = [](double value) { return std::abs(value) < 1e-9 ? 0 : value; };  // no run is exact beyond
-  for (const Column& column : columns_) {
-    const double deviation = count_ > 1 ? std::sqrt(column.squares / static_cast<double>(count_ - 1)) : 0;
-    text += fmt::format("{:<24}{:>13.6g}{:>13.6g}{:>13.6g}{:>13.6g}{:>13.3g}\n", column.name, known(column.min),
-                        known(column.max), known(column.max - column.min), known(column.mean), known(deviation));
-  }
+  const double degrees_of_freedom = std::max(1.0, static_cast<double>(count_ - 1));
+  for (const Column& c : columns_)
+    text += fmt::format("{:<24}{:>13.6g}{:>13.6g}{:>13.6g}{:>13.6g}{:>13.3g}\n", c.name, known(c.min), known(c.max),
+                        known(c.max - c.min), known(c.mean), known(std::sqrt(c.squares / degrees_of_freedom)));
   return text;
 }
 
