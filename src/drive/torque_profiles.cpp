@@ -37,7 +37,7 @@ ReferenceTorque::ReferenceTorque(const RobotParameters& robot, const ReferenceMo
 }
 
 Wheels ReferenceTorque::value(double t) const {
-  if (model_.dry()) return dry_value(t);
+  if (model_.dry()) return model_.torque(motion_.velocity(t), motion_.acceleration(t));
   const auto [s, c] = sine_and_cosine(2 * M_PI * t / motion_.period);
   return at(s, c);
 }
@@ -53,16 +53,15 @@ Wheels ReferenceTorque::at(double s, double c) const {
   return constant_ + c * cos_ + s * sin_ + (c * c - s * s) * cos_2_ + (2 * s * c) * sin_2_;
 }
 
-Wheels ReferenceTorque::dry_value(double t) const {
-  return model_.torque(motion_.velocity(t), motion_.acceleration(t));
-}
-
 // The torque jumps where the dry friction of the desired motion changes its sign.
 double ReferenceTorque::max_step(double t) const {
   const auto varies = [](const Harmonic& v) { return v.cos != 0 || v.sin != 0; };
   if (!varies(motion_.V_X) && !varies(motion_.V_Y) && !varies(motion_.Omega)) return kInfinity;
   const double by_phase = kShareOfPeriod * motion_.period;
-  return model_.dry() ? std::min(by_phase, model_.max_step(motion_.velocity(t), motion_.acceleration(t))) : by_phase;
+  if (!model_.dry()) return by_phase;
+  const Eigen::Vector3d v = motion_.velocity(t);
+  const double length = std::min(by_phase, model_.max_step(v, motion_.acceleration(t)));
+  return std::min(length, model_.max_step(v, (motion_.velocity(t + length) - v) / length));  // by what it grows to
 }
 
 double PiecewiseTorque::max_step(double) const {

@@ -26,7 +26,7 @@ EventLocatingStepper::Result EventLocatingStepper::try_step(ContactSystem& syste
   if (!try_length(system, start, t, length) || !end_at_events(system, start, t)) {
     ++record_->statistics.rejected_steps;
     lengths_.rejected(next_dt_);
-    dt = kRetryHeadroom * lengths_.next();
+    dt = lengths_.next();
     return odeint::fail;
   }
   start_t_ = t;
@@ -61,11 +61,7 @@ void EventLocatingStepper::finish_foreign_step(ContactSystem& system, const Stat
 }
 
 void EventLocatingStepper::torque_jumped() {
-  if (point_ == Point::kEnded) {
-    method_->restart();
-  } else {
-    method_->reset();
-  }
+  point_ == Point::kEnded ? method_->restart() : method_->reset();
   lengths_.torque_jumped();
   point_ = Point::kFresh;
 }
@@ -115,6 +111,11 @@ bool EventLocatingStepper::end_at_events(ContactSystem& system, const State& sta
     if (event.possible(system, {start, t, last_try_.end, last_try_.length})) end_at(event, system, start, t);
   };
   std::apply([&](const auto&... event) { (locate(event), ...); }, events_);
+  if (system.jumps(start, last_try_.end)) {
+    method_->reset();  // which else would accept a shorter step whatever its error
+    next_dt_ = kShrinkage * last_try_.length;
+    return false;
+  }
   return known_length_ == last_try_.length || !interpolates() || try_length(system, start, t, last_try_.length);
 }
 
@@ -251,11 +252,7 @@ void EventLocatingStepper::settle(ContactSystem& system, State& x, double t) {
 // The motion starts afresh after an effect. Friction that has changed its regularization is no start for what comes.
 void EventLocatingStepper::note(Effect effect) {
   if (effect == Effect::kNone) return;
-  if (effect == Effect::kFriction) {
-    method_->restart();
-  } else {
-    method_->reset();
-  }
+  effect == Effect::kFriction ? method_->restart() : method_->reset();
   lengths_.switched();
 }
 

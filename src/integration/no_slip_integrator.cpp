@@ -60,7 +60,6 @@ NoSlipIntegrator::NoSlipIntegrator(const MotionStart& motion)
 
 // Steps end at t_end. Those that it cuts short do not lose the length worth trying.
 void NoSlipIntegrator::advance(State& x, double t, double t_end, double) {
-  if (!(t < t_end)) return;
   const NoSlipSystem system(model_, torque_, statistics_);
   State end;
   while (t < t_end) {

@@ -48,6 +48,20 @@ TEST(Verdict, IsRightAtEveryTolerance) {
   }
 }
 
+// Scenes of which a method's stages tell nothing: each is wrong where a term of SmoothSystem::max_step, or `jumps`, is
+// left out. No rule bounds the steps of the judge, each of which ends at a row.
+TEST(SamplingRule, SeesWhatHappensBetweenStages) {
+  for (const auto& file : std::filesystem::directory_iterator(YOUBOT_BASE_SIM_SOURCE_DIR "/test/data/between_stages")) {
+    const Scene scene = load_scene(file.path());
+    Scene judge = at_tolerance(scene, 0.01 * scene.solver.relative_tolerance);
+    judge.solver.method = "rosenbrock4";
+    judge.output_rate = 1e4;
+    const Motion motion = run(scene), exact = run(judge);
+    EXPECT_EQ(motion.doubt + motion.failure + exact.failure, "") << file.path();
+    EXPECT_LT((motion.rows.back() - exact.rows.back()).norm(), 0.25 * motion.promised) << file.path();
+  }
+}
+
 Scene short_drive() {
   Scene scene;
   scene.duration = 0.3;

@@ -40,7 +40,6 @@ class ReferenceTorque : public TorqueProfile {
 
  private:
   Wheels at(double sine, double cosine) const;
-  [[gnu::noinline, gnu::cold]] Wheels dry_value(double t) const;
 
   NoSlipModel model_;
   ReferenceMotion motion_;

@@ -75,15 +75,14 @@ class StepLengths {
 ///
 /// `torque_jumped` and `restart` lead from each to kFresh.
 ///
-/// `dt` of try_step is an upper bound; the length worth trying is remembered here, so that odeint may clip the bound at
-/// the end of a control period without loss. After success dt is infinite.
+/// The length worth trying is remembered here, so that odeint may clip a step at the end of a control period.
 class EventLocatingStepper : public ControlledStepperTypes {
  public:
   /// Records in `record`, which must outlive it.
   EventLocatingStepper(std::unique_ptr<SmoothStepper> method, const Tolerance& tolerance, MotionRecord& record);
 
-  /// Tries a step of at most dt (s) from x at time t, to the first event. On failure x and t stay as they are, and dt
-  /// becomes less. The contacts of `system` change with the state; without `finishes`, not before `finish`.
+  /// Tries a step of at most dt (s) from x at time t, to the first event; then dt is infinite. On failure x and t stay,
+  /// and dt becomes less. The contacts of `system` change with the state; without `finishes`, not before `finish`.
   Result try_step(ContactSystem& system, State& x, double& t, double& dt, bool finishes = true);
 
   /// Brings about the effects of events at the end of the last step, which is x at time t (s), unless they have taken
@@ -111,10 +110,8 @@ class EventLocatingStepper : public ControlledStepperTypes {
   double dt() const { return lengths_.next(); }
 
  private:
-  // After failure `dt` is this much longer than what is tried next, so that it does not cut that.
-  static constexpr double kRetryHeadroom = 1.02;
   static constexpr double kMergeRemainder = 0.99;    // of the bound: a step that would be longer goes to it
-  static constexpr double kShrinkage = 0.2;          // of a step whose end is not finite
+  static constexpr double kShrinkage = 0.2;          // of a step whose end is not finite, or a jump
   static constexpr double kMaxExtrapolation = 1e-2;  // of a step: beyond its end, states are as good as within it
 
   enum class Point { kFresh, kReplaced, kEnded, kSettled };

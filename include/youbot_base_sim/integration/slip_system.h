@@ -163,6 +163,7 @@ class SlipSystem final : public ContactSystem {
   double max_step(const State& x, double t) const override {
     return std::min({torque_->max_step(t), kMaxTurn / std::abs(x.Omega()), model_.features().max_step(x, modes_)});
   }
+  bool jumps(const State& x, const State& end) const override { return model_.features().jumps(x, end, modes_); }
 
   Sharing sharing(int i, const State& x, double t) const override {
     const SharedContact<Model> contact = held_contact(i, x, t);

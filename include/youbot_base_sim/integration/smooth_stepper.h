@@ -29,6 +29,8 @@ class SmoothSystem {
   /// at each of them hide all else from every estimate of the error: the phase of a torque, the rows of a table, how
   /// friction changes along the way of a contact, friction of bearings that reverses, how the platform's frame rotates.
   virtual double max_step(const State& x, double t) const = 0;
+  /// True if more has happened in a step from `start` to `end` than max_step foresaw at its start.
+  virtual bool jumps(const State&, const State&) const { return false; }
   /// Distance by which difference_jacobian moves each entry of the state.
   virtual State increments() const = 0;
   /// Wheel angles in the middle of the contacts' ranges, rad; not finite where a range has no end.

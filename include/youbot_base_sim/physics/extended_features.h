@@ -127,16 +127,21 @@ class ExtendedFeatures {
   /// True if forces on the base depend on its pose.
   bool by_pose() const { return has_patches() || external_.by_heading(); }
 
-  /// The longest step (s) in which no contact point jumps over the soft edge of a patch: the base carries it along, and
-  /// a wheel that rotates sweeps it along the axle, as (3.4) says.
+  /// The longest step (s) in which no contact point jumps over the soft edge of a patch at the present speeds: the base
+  /// carries it along, and a wheel that rotates sweeps it along the axle, as (3.4) says.
   double max_step(const State& x, const ContactModes& modes) const {
     if (!has_patches()) return kInfinity;
     const Wheels Delta_Y = modes.geometry(x.phi()).Delta_Y;
     const auto [X, Y] = contact_points(x.pose(), Delta_Y);
     const double sweep = ((R_d_tan_delta_ + Delta_Y.square() / R_d_tan_delta_) * x.dphi().abs()).maxCoeff();
-    const double speed = std::sqrt(x.V_X() * x.V_X() + x.V_Y() * x.V_Y()) + std::abs(x.Omega()) * reach_ + sweep;
-    const double distance = floor_.max_distance(X, Y);  // = speed t + kMaxAcceleration t^2 / 2
-    return 2 * distance / (speed + std::sqrt(speed * speed + 2 * kMaxAcceleration * distance));
+    return floor_.max_distance(X, Y) / (distance(x.V_X(), x.V_Y()) + std::abs(x.Omega()) * reach_ + sweep);
+  }
+  /// True if one did in a step from `start` to `end`, in which it became faster.
+  bool jumps(const State& start, const State& end, const ContactModes& modes) const {
+    if (!has_patches()) return false;
+    const auto [X, Y] = contact_points(start.pose(), modes.geometry(start.phi()).Delta_Y);
+    const auto [X_end, Y_end] = contact_points(end.pose(), modes.geometry(end.phi()).Delta_Y);
+    return ((X_end - X).square() + (Y_end - Y).square()).sqrt().maxCoeff() > floor_.max_distance(X, Y);
   }
 
   void add_details(const Contacts& c, ContactDetails& details) const {
@@ -156,8 +161,6 @@ class ExtendedFeatures {
   const Reactions& reactions() const { return reactions_; }
 
  private:
-  static constexpr double kMaxAcceleration = 20;  // m/s^2, more than friction gives a base
-
   static double distance(double X, double Y) { return std::sqrt(X * X + Y * Y); }
 
   bool has_patches() const { return !floor_.patches.empty(); }

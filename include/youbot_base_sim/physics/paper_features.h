@@ -61,6 +61,7 @@ class PaperFeatures {
 
   bool by_pose() const { return false; }
   double max_step(const State&, const ContactModes&) const { return kInfinity; }
+  bool jumps(const State&, const State&, const ContactModes&) const { return false; }
   void add_details(const Contacts&, ContactDetails& details) const {
     details.N = N_;
     details.f = f_;
