@@ -70,10 +70,10 @@ class Bag:
         self._last, connections, stamped = Time(0, 0), {}, {}
         for connection, arrival, data in self._scan():
             if connection not in connections:
-                connections[connection] = begins_with_stamp(connection.definition)
+                connections[connection] = len(connections) + 1 if begins_with_stamp(connection.definition) else 0
             if connections[connection] and len(data) >= 12:
                 stamped.setdefault(connection.topic, array("d")).extend(
-                    (number_of(arrival), number_of(Time(*struct.unpack_from("<II", data, 4)))))
+                    (number_of(arrival), number_of(Time(*struct.unpack_from("<II", data, 4))), connections[connection]))
             self.types[connection.topic] = connection.type
             self.counts[connection.topic] += 1
             self.start, self._last = min(self.start or arrival, arrival), max(self._last, arrival)
@@ -82,7 +82,7 @@ class Bag:
         self._check_chosen(connections)
         self.notes, self._shifts, self._steady = [], {}, set()
         self._at_arrival = self._at_stamp = self.seconds
-        self._choose_clock({topic: np.frombuffer(both).reshape(-1, 2) for topic, both in stamped.items()})
+        self._choose_clock({topic: np.frombuffer(both).reshape(-1, 3) for topic, both in stamped.items()})
 
     def _check_chosen(self, connections):
         nodes = {}
@@ -99,7 +99,7 @@ class Bag:
 
     def _choose_clock(self, stamped):
         """The clock of arrivals, if any topic has stamps near them; else that of the stamps, as where simulated time was
-        recorded by the wall clock. `stamped`: {topic: rows of arrival and stamp, s}."""
+        recorded by the wall clock. `stamped`: {topic: rows of arrival and stamp, s, and who sent it}."""
         unset = [topic for topic, both in stamped.items() if not (both[:, 1] > 1e-9).any()]
         if unset:
             self.notes.append(f"stamps of {', '.join(map(shown, unset))} are not set: times are those of arrival")
@@ -108,9 +108,9 @@ class Bag:
         near = [np.mean(np.abs(both[:, 0] - both[:, 1]) < MAX_CLOCKS_APART) for both in stamped.values()]
         if max(near, default=1) >= MIN_NEAR:
             for topic, both in stamped.items():
-                self._choose_stamps(topic, both[:, 1] - both[:, 0])
+                self._choose_stamps(topic, *both.T)
             return
-        arrival, stamp = max(stamped.values(), key=len).T
+        arrival, stamp, _ = max(stamped.values(), key=len).T
         if (np.diff(arrival) < 0).any() or (np.diff(stamp) < -MAX_STEP_BACK).any() or stamp[-1] <= stamp[0]:
             return
         rate = (stamp[-1] - stamp[0]) / max(arrival[-1] - arrival[0], 1e-9)
@@ -119,8 +119,15 @@ class Bag:
         self._at_arrival = lambda time: float(np.interp(number_of(time), arrival, stamp - stamp[0]))
         self._at_stamp = lambda time: float(number_of(time) - stamp[0])
 
-    def _choose_stamps(self, topic, late):
-        """Stamps of a topic as they are; moved by what they usually are `late` (s), where that is much; none."""
+    def _choose_stamps(self, topic, arrival, stamp, source):
+        """Stamps of a topic as they are; moved by what they are usually apart from arrival, where that is much; none."""
+        order = np.lexsort((arrival, source))
+        is_back = (np.diff(stamp[order]) < 0) & (np.diff(source[order]) == 0)
+        if np.mean(is_back) > 1 - MIN_NEAR and absolute(topic) not in self.offsets:
+            self._shifts[topic] = math.nan
+            self.notes.append(f"stamps of {shown(topic)} go back {np.sum(is_back)} times: times are those of arrival")
+            return
+        late = stamp - arrival
         apart = np.median(late)
         is_steady = np.mean(np.abs(late - apart) < NAMED_APART) > MIN_NEAR
         if is_steady and len(late) >= FEWEST:
@@ -177,7 +184,7 @@ class Bag:
             topic, stamp, t = connection.topic, stamp_of(message), self.time_of(message, arrival, connection.topic)
             if topic in topics:
                 follow((topic,), self.seconds(arrival))
-                if stamp and t == t:  # goes back where a bag was played in a loop
+                if stamp and t == t and self._shifts.get(topic, 0) == 0:  # goes back where a bag was played in a loop
                     follow((*connection, *getattr(message, "name", ())), self.seconds(stamp))
             yield t, connection, message
 

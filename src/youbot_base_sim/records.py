@@ -452,7 +452,8 @@ def count_on(series, record, topic):
     is_end = (np.abs(turned) > period / 2).any(axis=1) & (np.diff(positions.t) <= positions.max_step)
     if is_end.any():
         turned -= period * np.round(turned / period)
-    is_start = (np.abs(turned) > FASTEST * np.diff(positions.t)[:, None]).any(axis=1)
+    steps = np.diff(positions.t)
+    is_start = (np.abs(turned) > FASTEST * np.maximum(steps, np.median(steps))[:, None]).any(axis=1)
     is_start &= np.mean(is_start) < RARE  # rather than another unit
     turned[is_start] = 0
     for jumps, how in ((is_end & ~is_start, f"begin anew {{}} times, after {period:.6g} rad"),

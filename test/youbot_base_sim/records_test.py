@@ -28,10 +28,10 @@ def seen(stamp, pose, tracker, marker):
 class RecordsTest(RunsPrograms):
     def expect(self, note, *arguments, forward=1, lateral=LATERAL, position=1.0, odom=1.0, truth=(1, 1, 1),
                counted=None, stamped=False, of="rolled", rates_by=(1, 1, 1, 1), late=0.0, tracked=(),
-               names=JOINTS, is_fixed=False, moved=0.0, scale=1.0, every=1, stale=()):
+               names=JOINTS, is_fixed=False, moved=0.0, scale=1.0, every=1, stale=(), uneven=lambda k: 0):
         """What `analyse` makes of a bag with positions, ways of odometry or ground truth by these factors; with
-        odometry `moved` after half of the drive, m, and with quaternions of this size; with `every` n-th pose of ground
-        truth; and with odometry whose stamps in these messages are 500 s old. `forward` None: anything."""
+        odometry `moved` after half of the drive, m, with quaternions of this size, and stamps that are 500 s old in
+        `stale` messages; `every` n-th pose of ground truth; wheels `uneven` (s) late. `forward` None: anything."""
         rates = rolling_rates(*COMMANDS.T)
         positions = position * (np.cumsum(rates, axis=0) - rates) / RATE
         if counted:
@@ -41,7 +41,7 @@ class RecordsTest(RunsPrograms):
         told[len(told) // 2:, 0] += moved
         with rosbag.Bag(self.path("drive.bag"), "w") as bag:
             for k, command in enumerate(COMMANDS):
-                joints = joint_state(k / RATE, positions[k], rates[k] * rates_by, names=names)
+                joints = joint_state(k / RATE + uneven(k), positions[k], rates[k] * rates_by, names=names)
                 spin = way_seen[k][2] * is_fixed
                 fixed = (np.cos(spin) * true[k][0] - np.sin(spin) * true[k][1],
                          np.sin(spin) * true[k][0] + np.cos(spin) * true[k][1], true[k][2])
@@ -51,9 +51,9 @@ class RecordsTest(RunsPrograms):
                 told_of.pose.pose.orientation.z *= scale
                 told_of.pose.pose.orientation.w *= scale
                 for topic, message in (("/joint_states", joints), ("/odom", told_of), truth_of,
-                                       ("/cmd_vel", TwistStamped(joints.header, twist(*command)) if stamped else twist(*command))):
+                                       ("/cmd_vel", TwistStamped(told_of.header, twist(*command)) if stamped else twist(*command))):
                     if k % every == 0 or message is not truth_of[1]:
-                        bag.write(topic, message, joints.header.stamp)
+                        bag.write(topic, message, stamp_of(k / RATE))
         numbers = self.numbers(self.path("drive.bag"), *arguments)
         self.assertIn(note, self.out)
         if forward:
@@ -136,6 +136,11 @@ class RecordsTest(RunsPrograms):
         for late, how in ((-1.01, "before their arrival: moved by so much"), (0.6, "--clock-offset /pose=-0.6)")):
             numbers = self.expect(how, tracked=(0, 0), late=late)
             self.assertAlmostEqual(numbers["clock"], -late if abs(late) < 1 else 0, delta=0.01)
+
+    def test_uneven_stamps_do_not_count(self):
+        self.expect("stamps of /joint_states go back", uneven=lambda k: 0.3 * (0.618 * k % 1))
+        self.expect("The motion", uneven=lambda k: 0.998 / RATE * (k % 200 == 7))
+        self.assertNotIn("jump", self.out)
 
     def test_positions_that_begin_anew(self):
         for ticks, period in ((20000, 2 ** 16), (4096000, 2 ** 32), (2 * math.pi, 2 * math.pi), (200000, 10 ** 6)):
