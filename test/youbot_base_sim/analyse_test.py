@@ -318,7 +318,7 @@ class AnalyseTest(RunsPrograms):
             for k, (topic, message, t) in enumerate(one.read_messages()):
                 write(two, topic, message, t, "/driver")
                 if topic == "/odom" and k % 2:
-                    write(two, topic, odometry(0.05 * k / 3, (5, 5, 1)), t, "/filter")
+                    write(two, topic, odometry(0.05 * k / 3 + 500, (5, 5, 1)), t, "/filter")  # of another clock
         self.expect_turning(self.numbers(self.path("publishers.bag")))
         self.assertRegex(self.out, r"note: /odom has 2 publishers: uses /driver \(601 messages\), not /filter \(\d+\)")
         self.analyse(self.path("publishers.bag"), "--publisher", "/odom=/filter")
