@@ -42,7 +42,7 @@ for file, style in zip(files, itertools.cycle(("-", "--", ":", "-."))):
     for color, wheel in enumerate(WHEELS):
         wheels.plot(motion["t"], motion["dphi_" + wheel], style, color=f"C{color}",
                     label=wheel if file == files[0] else None)
-path.set(title="path, from the dot on", xlabel="x, m", ylabel="y, m", aspect="equal")
+path.set(title="path, from the dot on", xlabel="x, m", ylabel="y, m", aspect="equal", adjustable="datalim")
 wheels.set(title="wheels", xlabel="t, s", ylabel="angular velocity, rad/s")
 for axis in (path, wheels):
     axis.legend()

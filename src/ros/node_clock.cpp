@@ -132,7 +132,8 @@ class OwnClock : public NodeClock {
  public:
   OwnClock(const BaseSettings& settings, BaseLoop& loop, Publications& publications, ros::NodeHandle& node)
       : NodeClock(loop), factor_(settings.real_time_factor), publications_(publications) {
-    publications.advertise(node, kClockTopic, kClockTopic.queue_size);
+    // A newcomer knows a time that stands. Latched, the newest would come before those that still wait in a queue.
+    publications.advertise(node, kClockTopic, kClockTopic.queue_size, [this] { announce(); });
     subscribe(node);  // to know of other publishers
   }
 
@@ -161,7 +162,6 @@ class OwnClock : public NodeClock {
     return lag;
   }
 
-  /// Latched, so that a node that comes while time stands still knows the time at once.
   void publish(const ros::Time& time) const {
     publications_.publish(kClockTopic, [&time] {
       rosgraph_msgs::Clock message;

@@ -25,7 +25,8 @@ def article(title, sections):
     """The report of a bag. sections: (title, lines as in Section, a PNG or None)."""
     parts = [f"<h1>{text_of(title)}</h1>"]
     for heading, lines, picture in sections:
-        rows = (f"<tr><th>{text_of(what)}</th><td>{text_of(text)}</td></tr>" for what, text in lines)
+        rows = (f"<tr><th>{text_of(what)}</th><td>{text_of(text)}</td></tr>" if text else
+                f'<tr><td colspan="2">{text_of(what)}</td></tr>' for what, text in lines)
         parts += [f"<h2>{text_of(heading)}</h2>", "<table>", *rows, "</table>"]
         if picture:
             parts.append(f'<div><img alt="{text_of(heading)}" src="data:image/png;base64,'

@@ -92,6 +92,29 @@ TEST_F(Clocks, one_is_none_too_many) {
     EXPECT_EQ(base.said().find(warning), std::string::npos) << base.said();
 }
 
+constexpr char kNewcomers[] = R"(
+import rospy
+from rosgraph_msgs.msg import Clock
+rospy.init_node("newcomer", disable_rostime=True)
+for _ in range(30):
+    times = []
+    subscriber = rospy.Subscriber("/clock", Clock, lambda message, times=times: times.append(message.clock))
+    while len(times) < 100:
+        rospy.rostime.wallsleep(0.01)
+    subscriber.unregister()
+    assert times == sorted(times)
+)";
+
+TEST_F(Clocks, does_not_go_back_for_a_newcomer) {
+  clock_.shutdown();
+  BaseProcess base("hurried", {"_publish_clock:=true", "_real_time_factor:=0"});
+  base.expect_simulated(1);
+  Program newcomers(PYTHON, {"-c", kNewcomers});
+  EXPECT_EQ(newcomers.wait(), 0) << newcomers.err();
+  base.send(SIGINT);
+  base.expect_end(0);
+}
+
 // What other nodes do that disturbs this one: sources of its odometry and transform, commanders beside each other, and
 // parameters that are set too late. In lockstep it does not look: a run would depend on when it asks the master.
 TEST(Lookout, names_others) {

@@ -738,6 +738,7 @@ class AnalyseTest(RunsPrograms):
         self.assertLessEqual({tag for tag, _ in tags}, set("html meta title style h1 h2 table tr th td div img".split()))
         self.assertIn(("meta", "default-src 'none'; img-src data:; style-src 'unsafe-inline'"),
                       [(tag, attributes.get("content")) for tag, attributes in tags])
+        self.assertIn(("td", {"colspan": "2"}), tags, "notes do not widen the column of names")
         begin, pictures = "data:image/png;base64,", [attributes["src"] for tag, attributes in tags if tag == "img"]
         self.assertTrue(all(picture.startswith(begin) for picture in pictures))
         self.assertEqual(sorted(base64.b64decode(picture[len(begin):]) for picture in pictures),

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <boost/make_shared.hpp>
 #include <cstdint>
+#include <functional>
 #include <map>
 #include <string>
 
@@ -21,11 +22,14 @@ class Publications {
   Publications& operator=(const Publications&) = delete;
 
   template <class Message>
-  void advertise(ros::NodeHandle& node, const Topic<Message>& topic, std::uint32_t queue_size) {
+  void advertise(
+      ros::NodeHandle& node, const Topic<Message>& topic, std::uint32_t queue_size,
+      const std::function<void()>& greet = [] {}) {
     Publication& publication = publications_[topic.name];
     publication.row = topic;
-    const auto count = [&publication](const ros::SingleSubscriberPublisher&) {
+    const auto count = [&publication, greet](const ros::SingleSubscriberPublisher&) {
       publication.heard = publication.publisher.getNumSubscribers() > 0;
+      greet();
     };
     publication.publisher =
         node.advertise<Message>(topic.name, queue_size, count, count, ros::VoidConstPtr(), topic.is(kLatched));
@@ -42,10 +46,8 @@ class Publications {
   template <class Make>
   void publish(const TopicRow& topic, const Make& make) const {
     const auto found = publications_.find(topic);
-    if (found == publications_.end()) return;
-    const Publication& publication = found->second;
-    if (!publication.heard && !publication.row.is(kLatched)) return;
-    publication.publisher.publish(boost::make_shared<decltype(make())>(make()));
+    if (found == publications_.end() || !(found->second.heard || topic.is(kLatched))) return;
+    found->second.publisher.publish(boost::make_shared<decltype(make())>(make()));
   }
 
   /// Calls `visit(row)` for each advertised topic without a subscriber.

@@ -90,8 +90,7 @@ inline constexpr Topic<std_msgs::String> kSceneTopic{{"scene", kDriverQueueSize,
 inline constexpr Topic<pr2_msgs::PowerBoardState> kDashboardTopic{{"/dashboard/platform_state", kDriverQueueSize, 0}};
 #endif
 inline constexpr Topic<diagnostic_msgs::DiagnosticArray> kDiagnosticsTopic{{"/diagnostics", kDriverQueueSize, 0}};
-inline constexpr Topic<rosgraph_msgs::Clock> kClockTopic{
-    {"/clock", kRecorderQueueSize, kLatched | kAwaited | kAtPeriods}};
+inline constexpr Topic<rosgraph_msgs::Clock> kClockTopic{{"/clock", kRecorderQueueSize, kAwaited | kAtPeriods}};
 
 inline constexpr auto kTopics = std::make_tuple(
 #ifdef YOUBOT_BASE_SIM_PR2_MSGS
