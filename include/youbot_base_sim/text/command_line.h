@@ -1,6 +1,6 @@
 #pragma once
 
-#include <boost/any.hpp>
+#include <algorithm>
 #include <boost/program_options.hpp>
 #include <charconv>
 #include <cstdint>
@@ -56,22 +56,9 @@ struct Positional {
   bool required;                                        ///< otherwise an empty text counts as none
 };
 
-/// Throws OptionError for an empty text, such as an unset shell variable.
-inline void refuse_empty(const boost::program_options::variables_map& given, const Positional& positional) {
-  for (const auto& [name, value] : given) {
-    std::vector<std::string> texts;
-    if (const auto* one = boost::any_cast<std::string>(&value.value())) texts = {*one};
-    if (const auto* several = boost::any_cast<std::vector<std::string>>(&value.value())) texts = *several;
-    for (const std::string& text : texts) {
-      const bool is_positional = name == positional.name;
-      if (!text.empty() || (is_positional && !positional.required)) continue;
-      throw OptionError(is_positional ? name : "--" + name, text, "not be empty");
-    }
-  }
-}
-
 /// Reads a command line into the variables of `options` and `positional`. Returns false where it asked for --help or
-/// --version, which are printed. Throws std::runtime_error with one line.
+/// --version, which are printed. Throws std::runtime_error with one line, OptionError for an empty text, such as an
+/// unset shell variable.
 inline bool parse(int argc, char** argv, const Usage& usage, boost::program_options::options_description options,
                   const Positional& positional) {
   namespace po = boost::program_options;
@@ -81,9 +68,11 @@ inline bool parse(int argc, char** argv, const Usage& usage, boost::program_opti
   all.add(options).add_options()(positional.name, positional.value);
   po::positional_options_description places;
   places.add(positional.name, positional.max_count);
+  po::parsed_options parsed(&all);
   po::variables_map given;
   try {
-    po::store(po::command_line_parser(argc, argv).options(all).positional(places).run(), given);
+    parsed = po::command_line_parser(argc, argv).options(all).positional(places).run();
+    po::store(parsed, given);
     po::notify(given);
   } catch (const po::unknown_option& error) {
     std::vector<std::string> known;
@@ -105,7 +94,11 @@ inline bool parse(int argc, char** argv, const Usage& usage, boost::program_opti
   }
   if (positional.required && !given.count(positional.name))
     throw std::runtime_error(std::string("no ") + positional.name + " given; usage: " + usage.call);
-  refuse_empty(given, positional);
+  for (const po::option& option : parsed.options) {
+    const bool is_positional = option.string_key == positional.name;
+    if (std::count(option.value.begin(), option.value.end(), "") > 0 && (!is_positional || positional.required))
+      throw OptionError((is_positional ? "" : "--") + option.string_key, "", "not be empty");
+  }
   return true;
 }
 
