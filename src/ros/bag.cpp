@@ -152,7 +152,7 @@ void BagRecorder::write(double t, const Simulation& simulation, const Events& ev
   const Scene& scene = simulation.scene();
   if (!sensors_) {
     Telemetry::Options options;
-    options.contacts = scene.output.contacts;
+    options.contacts = scene.contacts_in_bags;
     options.world = true;
     options.markers = marker_options(scene.robot, options.world);
     sensors_ = BaseSensors::of(scene);

@@ -152,7 +152,7 @@ FrameNames read_frames(Parameters& parameters) {
 
 void read_telemetry(Parameters& parameters, BaseSettings& settings) {
   Telemetry::Options& telemetry = settings.telemetry;
-  telemetry.contacts = settings.scene.output.contacts;
+  telemetry.contacts = settings.scene.contacts_in_bags;
   std::string sign = "driver_exact";
   parameters.read("publish_tf", settings.publish_tf);
   parameters.read("listen_to_initialpose", settings.listen_to_initialpose);

@@ -33,11 +33,6 @@ constexpr Named<bool> kFrames[] = {{"platform", false}, {"fixed", true}};
 constexpr Named<LoadSharing> kSharings[] = {{"equal_wheels", LoadSharing::kEqualWheels},
                                             {"rocking_front", LoadSharing::kRockingFront},
                                             {"rocking_rear", LoadSharing::kRockingRear}};
-enum class Profile { kPaper, kMeasured, kMeasuredA, kMeasuredB };
-constexpr Named<Profile> kProfiles[] = {{"paper", Profile::kPaper},
-                                        {"measured", Profile::kMeasured},
-                                        {"measured_a", Profile::kMeasuredA},
-                                        {"measured_b", Profile::kMeasuredB}};
 
 constexpr double kMaxRows = 1e8, kMaxPeriods = 1e9;
 constexpr double kMinInterval = 1e-6;     // s, between rows of wheel angles
@@ -65,28 +60,26 @@ struct Defaults {
 
 /// A name, or a section with the name and what the profile takes besides.
 Defaults read_profile(const SceneValue& value) {
-  Profile profile = Profile::kPaper;
+  std::string profile = "paper";
   double scale = 1;
   if (value.is_section()) {
     SceneValue s = value;
-    s.required("name").choice(profile, kProfiles);
+    s.required("name").choice(profile, profile_names());
     const SceneValue friction_scale = s["friction_scale"];
     s.finish();
-    const bool scales = profile == Profile::kMeasured;
+    const bool scales = profile == "measured";
     if (!scales && friction_scale.given()) friction_scale.refuse("left out unless name is measured");
     if (scales) friction_scale.number(scale, kFrictionScales);
   } else {
-    value.choice(profile, kProfiles);
+    value.choice(profile, profile_names());
   }
-  if (profile == Profile::kPaper) return {};
-  Defaults defaults{measured_robot(scale), 1e-8};  // creeps by 0.1 mm an hour at 0.9 of the friction limit
-  if (profile == Profile::kMeasuredA) {
-    defaults = {measured_robot(1.3), 1e-8, VelocityGains{0.2, 1.5}};
-    defaults.robot.J_1 = 0.015;  // with the motor's rotor, 0.009 behind its gear
-  } else if (profile == Profile::kMeasuredB) {
-    defaults = {measured_robot(0.76), 1e-8, VelocityGains{0.33, 0.5}};
-  }
-  return defaults;
+  if (profile == "paper") return {};
+  constexpr double kHoldingSpeed = 1e-8;  // creeps by 0.1 mm an hour at 0.9 of the friction limit
+  if (profile == "measured") return {measured_robot(scale), kHoldingSpeed};
+  if (profile == "measured_b") return {measured_robot(0.76), kHoldingSpeed, VelocityGains{0.33, 0.5}};
+  Defaults measured_a{measured_robot(1.3), kHoldingSpeed, VelocityGains{0.2, 1.5}};
+  measured_a.robot.J_1 = 0.015;  // with the motor's rotor, 0.009 behind its gear
+  return measured_a;
 }
 
 /// Refuses what the model would ignore.
@@ -475,7 +468,7 @@ Scene read_scene(const std::string& path, const YAML::Node& root, SceneUse use, 
   read_list(wrenches, scene.load_schedule.wrenches, read_wrench);
   const std::string lifted = scene.load_schedule.loads.empty() ? "" : lifted_wheel(scene, {}, 0);
   if (!lifted.empty()) loads.refuse(lifted);
-  output["contacts"].choice(scene.output.contacts, kFlags);
+  output["contacts"].choice(scene.contacts_in_bags, kFlags);
   output.finish();
   if (motors.given()) scene.motors = read_motors(motors, defaults.gains);
   read_drive(drive, scene);
@@ -531,7 +524,7 @@ bool beyond_the_paper(const Scene& scene) {
 }
 
 std::vector<std::string> model_names() { return names_of(kModels); }
-std::vector<std::string> profile_names() { return names_of(kProfiles); }
+std::vector<std::string> profile_names() { return {"paper", "measured", "measured_a", "measured_b"}; }
 
 const char* name_of(Model model) {
   for (const Named<Model>& candidate : kModels) {

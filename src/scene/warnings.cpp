@@ -15,15 +15,11 @@ struct Unit {
   const char* name;
   double size;  // in the key's unit
 };
-constexpr Unit kMillimetre{"mm", 1e-3}, kCentimetre{"cm", 1e-2}, kGram{"g", 1e-3}, kMillisecond{"ms", 1e-3},
-    kNewtonMillimetre{"N mm", 1e-3}, kNewtonCentimetre{"N cm", 1e-2}, kMillimetrePerSecond{"mm/s", 1e-3},
-    kDegree{"degrees", M_PI / 180}, kDegreePerSecond{"degrees/s", M_PI / 180}, kRadian{"rad", 180 / M_PI},
-    kPercent{"%", 1e-2};
 
-/// Absolute values that a mobile base may have, besides 0, and the units in which others may be given by mistake.
+/// A value of a scene, what its absolute value is in mobile bases, besides 0, and units in which it may be by mistake.
 struct Plausible {
   const char* key;
-  double (*value)(const Scene& scene);
+  double value;
   double min, max;
   const char* unit;
   std::vector<Unit> others;
@@ -49,35 +45,30 @@ double largest_rate(const Scene& scene) {
   return rates ? largest(rates->table.values) : 0;
 }
 
-double roller_angle(const Scene& scene) { return scene.robot.roller_angle.abs().minCoeff(); }
-double speed(const Scene& scene) { return scene.initial.velocity().head<2>().norm(); }
-double command_delay(const Scene& scene) { return scene.motors.value_or(MotorSettings()).command_delay; }
-
-const std::vector<Plausible>& plausible_values() {
-  using S = Scene;
-  static const std::vector<Unit> lengths = {kMillimetre, kCentimetre};
-  static const std::vector<Plausible> table = {
-      {"robot.wheel_radius", [](const S& s) { return s.robot.R; }, 0.01, 1, "m", lengths},
-      {"robot.roller_axis_radius", [](const S& s) { return s.robot.R_d; }, 0.003, 1, "m", lengths},
-      {"robot.half_wheelbase", [](const S& s) { return s.robot.h; }, 0.02, 5, "m", lengths},
-      {"robot.half_track", [](const S& s) { return s.robot.l; }, 0.02, 5, "m", lengths},
-      {"robot.roller_angle", &roller_angle, 5, 90, "degrees", {kRadian}},
-      {"robot.body_mass", [](const S& s) { return s.robot.m; }, 0.1, 5000, "kg", {kGram}},
-      {"robot.wheel_mass", [](const S& s) { return s.robot.m_1; }, 0.001, 100, "kg", {kGram}},
-      {"initial.pose", [](const S& s) { return s.initial.psi(); }, 0, 6.3, "rad", {kDegree}},
-      {"initial.twist", [](const S& s) { return s.initial.Omega(); }, 0, 15, "rad/s", {kDegreePerSecond}},
-      {"initial.twist", &speed, 0, 20, "m/s", {kMillimetrePerSecond}},
-      {"floor.friction", [](const S& s) { return s.floor.f.maxCoeff(); }, 0, 3, "", {kPercent}},
-      {"drive.torque", &largest_torque, 0, 15, "N m", {kNewtonMillimetre, kNewtonCentimetre}},
-      {"drive.velocity_table", &largest_rate, 0, 60, "rad/s", {kDegreePerSecond}},
-      {"motors.command_delay", &command_delay, 0, 3, "s", {kMillisecond}}};
-  return table;
-}
-
 /// Asks about values that another unit makes plausible.
 void ask_about_units(const Scene& scene, std::vector<std::string>& found) {
-  for (const auto& [key, value_of, min, max, unit, others] : plausible_values()) {
-    const double value = std::abs(value_of(scene));
+  const RobotParameters& robot = scene.robot;
+  const double speed = scene.initial.velocity().head<2>().norm();
+  const double command_delay = scene.motors.value_or(MotorSettings()).command_delay;
+  const std::vector<Unit> lengths = {{"mm", 1e-3}, {"cm", 1e-2}};
+  constexpr double kDegree = M_PI / 180;
+  const std::vector<Plausible> table = {
+      {"robot.wheel_radius", robot.R, 0.01, 1, "m", lengths},
+      {"robot.roller_axis_radius", robot.R_d, 0.003, 1, "m", lengths},
+      {"robot.half_wheelbase", robot.h, 0.02, 5, "m", lengths},
+      {"robot.half_track", robot.l, 0.02, 5, "m", lengths},
+      {"robot.roller_angle", robot.roller_angle.abs().minCoeff(), 5, 90, "degrees", {{"rad", 1 / kDegree}}},
+      {"robot.body_mass", robot.m, 0.1, 5000, "kg", {{"g", 1e-3}}},
+      {"robot.wheel_mass", robot.m_1, 0.001, 100, "kg", {{"g", 1e-3}}},
+      {"initial.pose", scene.initial.psi(), 0, 6.3, "rad", {{"degrees", kDegree}}},
+      {"initial.twist", scene.initial.Omega(), 0, 15, "rad/s", {{"degrees/s", kDegree}}},
+      {"initial.twist", speed, 0, 20, "m/s", {{"mm/s", 1e-3}}},
+      {"floor.friction", scene.floor.f.maxCoeff(), 0, 3, "", {{"%", 1e-2}}},
+      {"drive.torque", largest_torque(scene), 0, 15, "N m", {{"N mm", 1e-3}, {"N cm", 1e-2}}},
+      {"drive.velocity_table", largest_rate(scene), 0, 60, "rad/s", {{"degrees/s", kDegree}}},
+      {"motors.command_delay", command_delay, 0, 3, "s", {{"ms", 1e-3}}}};
+  for (const auto& [key, signed_value, min, max, unit, others] : table) {
+    const double value = std::abs(signed_value);
     const auto fits = [min = min, max = max](double x) { return x == 0 || (x >= min && x <= max); };
     const auto meant = std::find_if(others.begin(), others.end(), [&](const Unit& u) { return fits(value * u.size); });
     if (fits(value) || meant == others.end()) continue;

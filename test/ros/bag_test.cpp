@@ -134,7 +134,7 @@ struct RecordedRun {
 // As a publisher does: each topic from zero.
 TEST(BagRecorder, numbers_its_messages) {
   Scene scene = short_scene();
-  scene.output.contacts = true;
+  scene.contacts_in_bags = true;
   RecordedRun run(scene, 0.05, 1);
   const auto expect_numbered = [](const auto& messages, const std::string& topic) {
     EXPECT_GE(messages.size(), 10u) << topic;
@@ -151,7 +151,7 @@ TEST(BagRecorder, numbers_its_messages) {
 TEST(BagRecorder, writes_contacts_on_request) {
   for (const bool asked : {false, true}) {
     Scene scene = short_scene();
-    scene.output.contacts = asked;
+    scene.contacts_in_bags = asked;
     RecordedRun run(scene, 0.5, 0.5);
     EXPECT_EQ(run.messages<visualization_msgs::MarkerArray>("/contact_markers").size(), asked ? 2u : 0u);
     const auto contacts = run.messages<ContactsStamped>("/contacts");

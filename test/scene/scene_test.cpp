@@ -117,7 +117,7 @@ drive: {torque: [{start: 0, constant: [1, 2, 3, 4]}, {start: 1, cos: [1, 0, 0, 0
   EXPECT_EQ(scene.motors->command_delay, 0.05);
   EXPECT_EQ(scene.motors->quantized, true);
   EXPECT_EQ(scene.motors->scene_kinematics, true);
-  EXPECT_TRUE(scene.output.contacts);
+  EXPECT_TRUE(scene.contacts_in_bags);
   EXPECT_EQ(std::get<TorqueSegments>(scene.drive)[1].period, 3);
 }
 

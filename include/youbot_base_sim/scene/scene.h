@@ -30,11 +30,6 @@ struct SolverSettings : IntegrationSettings {
   double control_period = 0;  ///< s; > 0: the drive is sampled and held for this period; 0: continuous in time
 };
 
-/// Outputs besides the motion.
-struct OutputSettings {
-  bool contacts = false;  ///< in bags
-};
-
 /// Wheel rates from a table, rad/s, which the wheels' velocity loops track.
 struct VelocityTable {
   WheelTable table;
@@ -48,7 +43,7 @@ struct Scene {
   Model model = Model::kCoulomb;
   double duration = 0;       ///< s; 0 if it is left out
   double output_rate = 100;  ///< rows per second
-  OutputSettings output;
+  bool contacts_in_bags = false;
   RobotParameters robot;
   FloorParameters floor;
   LoadSchedule load_schedule;
