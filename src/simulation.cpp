@@ -1,11 +1,8 @@
 #include "youbot_base_sim/simulation.h"
 
-#include <algorithm>
-#include <cmath>
 #include <deque>
 #include <stdexcept>
 
-#include "youbot_base_sim/drive/motor.h"
 #include "youbot_base_sim/drive/prescribed_wheels.h"
 #include "youbot_base_sim/integration/methods.h"
 #include "youbot_base_sim/integration/no_slip_integrator.h"

@@ -11,9 +11,10 @@ namespace youbot_base_sim {
 
 namespace {
 
-constexpr double kOffset = 1e-9;     // rad, m/s and rad/s, of the twin's wheels and twist
-constexpr double kLeastPath = 1e-3;  // m, of a robot that hardly moves
-constexpr double kRounding = 1e-16;  // m, of each step; of the distance from the fixed frame's origin
+constexpr double kOffset = 1e-9;      // rad, m/s and rad/s, of the twin's wheels and twist
+constexpr double kLeastPath = 1e-3;   // m, of a robot that hardly moves
+constexpr double kLeastSpeed = 1e-3;  // m/s, likewise
+constexpr double kRounding = 1e-16;   // m, of each step; of the distance from the fixed frame's origin
 
 Scene twin_of(Scene scene) {
   scene.solver.relative_tolerance *= 0.5;
@@ -22,15 +23,6 @@ Scene twin_of(Scene scene) {
   scene.initial.values.col(1).head<3>() += kOffset;
   if (scene.model == Model::kNoSlip) NoSlipModel(scene.robot).constrain(scene.initial);
   return scene;
-}
-
-constexpr double kLeastSpeed = 1e-3;  // m/s, of a robot that hardly moves
-
-/// The most that wheels which were held while their momentum counted may have moved the base, m. The speed that they
-/// gave it dies down: in the motions tried it moved the base as far as it would in 0.002 to 1 s.
-double displacement_by_forced_holds(const Simulation& simulation) {
-  constexpr double kLasts = 1;  // s
-  return simulation.statistics().forced_hold_speed * std::min(simulation.time(), kLasts);
 }
 
 /// The largest error of the energy balance, as a share of the energy that the motion had or exchanged.
@@ -97,7 +89,9 @@ std::string unreliability_reason(const Simulation& simulation, const RowLoop& ro
     return fmt::format("{} fallback steps, of first order, went on where the bound of work was reached", steps);
   }
   const double promised = promised_error(simulation, rows.path());
-  const double moved = displacement_by_forced_holds(simulation);
+  // The speed that wheels gave the base which were held while their momentum counted dies down: in the motions tried it
+  // moved the base as far as it would in 0.002 to 1 s.
+  const double moved = simulation.statistics().forced_hold_speed * std::min(simulation.time(), 1.0);
   if (moved > promised) {
     return fmt::format(
         "wheels that had not stopped chattering between two rollers were made to rest on both: the base may be off by "

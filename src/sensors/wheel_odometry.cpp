@@ -2,8 +2,6 @@
 
 #include <cmath>
 
-#include "youbot_base_sim/drive/driver_kinematics.h"
-
 namespace youbot_base_sim {
 
 namespace {
