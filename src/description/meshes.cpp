@@ -8,6 +8,7 @@
 #include <cmath>
 #include <cstdlib>
 #include <cstring>
+#include <map>
 #include <vector>
 
 #include "youbot_base_sim/scene/frames.h"
@@ -41,7 +42,7 @@ std::string source(const char* id, const std::vector<Vector3d>& vectors) {
       id, 3 * vectors.size(), numbers, vectors.size());
 }
 
-std::string effect(std::size_t k, const Colour& colour) {
+std::string effect(int k, const Colour& colour) {
   return fmt::format(
       "<effect id=\"effect_{}\"><profile_COMMON><technique sid=\"common\"><phong>"
       "<ambient><color>{:g} {:g} {:g} 1</color></ambient><diffuse><color>{:g} {:g} {:g} 1</color></diffuse>"
@@ -80,15 +81,16 @@ class Mesh {
   /// The text of its COLLADA file.
   std::string collada() const {
     std::string effects, materials, triangles, bindings;
-    for (std::size_t k = 0; k < paints_.size(); ++k) {
-      effects += effect(k, paints_[k].colour);
+    int k = 0;
+    for (const auto& [colour, faces] : triangles_) {
+      effects += effect(k, colour);
       materials += fmt::format("<material id=\"material_{0}\"><instance_effect url=\"#effect_{0}\"/></material>\n", k);
       bindings += fmt::format("<instance_material symbol=\"paint_{0}\" target=\"#material_{0}\"/>", k);
       triangles += fmt::format(
           "<triangles material=\"paint_{}\" count=\"{}\"><input semantic=\"VERTEX\" source=\"#vertices\" offset=\"0\"/>"
           "<input semantic=\"NORMAL\" source=\"#normals\" offset=\"0\"/><p>\n",
-          k, paints_[k].triangles.size());
-      for (const auto& [a, b, c] : paints_[k].triangles) triangles += fmt::format("{} {} {}\n", a, b, c);
+          k++, faces.size());
+      for (const auto& [a, b, c] : faces) triangles += fmt::format("{} {} {}\n", a, b, c);
       triangles += "</p></triangles>\n";
     }
     return "<?xml version=\"1.0\" encoding=\"utf-8\"?>\n"
@@ -109,11 +111,6 @@ class Mesh {
   }
 
  private:
-  struct Paint {
-    Colour colour;
-    std::vector<std::array<int, 3>> triangles;
-  };
-
   /// Turns the face so that its corners run counter-clockwise, seen from outside.
   void add_face(const Colour& colour, std::array<int, 4> face) {
     const auto [a, b, c, d] = face;
@@ -126,13 +123,11 @@ class Mesh {
   void add_triangle(const Colour& colour, const std::array<int, 3>& triangle) {
     const auto [a, b, c] = triangle;
     if (positions_[a] == positions_[b] || positions_[b] == positions_[c] || positions_[c] == positions_[a]) return;
-    auto paint = std::find_if(paints_.begin(), paints_.end(), [&](const Paint& p) { return p.colour == colour; });
-    if (paint == paints_.end()) paint = paints_.insert(paint, {colour, {}});
-    paint->triangles.push_back(triangle);
+    triangles_[colour].push_back(triangle);
   }
 
   std::vector<Vector3d> positions_, normals_;
-  std::vector<Paint> paints_;
+  std::map<Colour, std::vector<std::array<int, 3>>> triangles_;  // numbers of their vertices
 };
 
 constexpr int kRings = 29;       // of a roller: its chords are within 0.01 mm

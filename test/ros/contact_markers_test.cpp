@@ -214,7 +214,7 @@ TEST_F(BeyondMarkersTest, LoadsAndWrenchesAreWhereTheyAreAndGo) {
   EXPECT_NEAR((vector(push.points.at(1)) - point).norm(), 0, 1e-12) << "ends where it acts";
   EXPECT_NEAR((vector(push.points.at(1)) - vector(push.points.at(0)) - Eigen::Vector3d(0, -0.03, 0)).norm(), 0, 1e-9);
   const Marker& arc = markers.at("wrenches/1");
-  EXPECT_EQ(arc.type, Marker::LINE_LIST);
+  EXPECT_EQ(arc.type, Marker::LINE_STRIP);
   EXPECT_LT((vector(arc.points.at(0)) - point).cross(vector(arc.points.at(1)) - point).z(), 0) << "turns to the right";
   EXPECT_TRUE(std::any_of(markers.begin(), markers.end(), [](const auto& entry) {
     return entry.second.ns == "legend" && entry.second.text.find("push, ") == 0;

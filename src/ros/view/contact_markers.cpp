@@ -6,7 +6,6 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <filesystem>
 #include <utility>
@@ -58,9 +57,6 @@ constexpr double kUphillStart = 0.42, kUphillLength = 0.3;  // from O, m
 const Vector3d kAxles{0, 0, kAxleHeight};                   // O in the base's frame
 
 geometry_msgs::Point point(const Vector3d& position) { return vector_message<geometry_msgs::Point>(position); }
-
-/// The size of a slope's angle, in degrees.
-double degrees(double slope) { return std::abs(slope) * 180 / M_PI; }
 
 /// The arrow of a vector, `scale` m for each of its unit.
 Vector3d arrow_of(const Vector3d& vector, double scale) {
@@ -180,7 +176,7 @@ void add_slope(Markers& markers, const Simulation& simulation) {
                   point(on_floor + (kUphillStart + kUphillLength) * direction)};
   arrow.scale.x = 0.02;
   markers.add_text("slope", 1, on_floor + (kUphillStart + kUphillLength + 0.08) * direction + Vector3d(0, 0, 0.03),
-                   fmt::format("uphill, {:.3g} deg", degrees(floor.slope)), kUphill);
+                   fmt::format("uphill, {:.3g} deg", std::abs(floor.slope) * 180 / M_PI), kUphill);
 }
 
 /// The patch, to the middle of its soft edge.
@@ -193,17 +189,14 @@ void add_patch(Markers& markers, int id, const FloorPatch& patch, const FloorPar
   area.pose.position = point(middle);
   area.scale.x = patch.x1 - patch.x0;
   area.scale.y = patch.y1 - patch.y0;
-  markers
-      .add_text("patches", 2 * id + 1, middle + Vector3d(0, 0, 0.03), fmt::format("friction {:g}", patch.friction),
-                kText)
-      .header.frame_id = frame;
+  const std::string text = fmt::format("friction {:g}", patch.friction);
+  markers.add_text("patches", 2 * id + 1, middle + Vector3d(0, 0, 0.03), text, kText).header.frame_id = frame;
 }
 
 void add_load(Markers& markers, int k, const Load& load) {
   const Vector3d centre = load.position + kAxles;
   const double width = std::clamp(std::cbrt(load.mass / kLoadDensity), kMinBox, kMaxBox);
-  Marker& box = markers.add("loads", 3 * k, Marker::CUBE, kLoad, width);
-  box.pose.position = point(centre);
+  markers.add("loads", 3 * k, Marker::CUBE, kLoad, width).pose.position = point(centre);
   Marker& stick = markers.add("loads", 3 * k + 1, Marker::LINE_LIST, kLoad);
   stick.scale.x = kStick;
   stick.points = {point(centre), point({centre.x(), centre.y(), kAxleHeight})};
@@ -223,12 +216,9 @@ void add_arc(Markers& markers, int id, const Vector3d& centre, double torque) {
     const double angle = sign * 1.5 * M_PI * (static_cast<double>(part) / kParts);
     return point(centre + kArcRadius * Vector3d(std::cos(angle), std::sin(angle), 0));
   };
-  Marker& arc = markers.add("wrenches", id, Marker::LINE_LIST, kPush);
+  Marker& arc = markers.add("wrenches", id, Marker::LINE_STRIP, kPush);
   arc.scale.x = kArc;
-  for (int k = 0; k < kParts; ++k) {
-    arc.points.push_back(at(k));
-    arc.points.push_back(at(k + 1));
-  }
+  for (int k = 0; k < kParts; ++k) arc.points.push_back(at(k));
   for (const double side : {-1.0, 1.0}) {  // the arc ends at -90 deg turned by `sign`, where it goes along x
     arc.points.push_back(at(kParts));
     arc.points.push_back(point(centre + Vector3d(-0.03, -sign * kArcRadius + 0.02 * side, 0)));
@@ -263,8 +253,8 @@ void add_legend(Markers& markers, const Simulation& simulation, const MarkerOpti
       {"at the limit of friction", kSlides}};
   if (shows_reactions(simulation)) lines.emplace_back("normal reaction, " + of_force, kReaction);
   if (!simulation.applied_loads().wrenches.empty()) lines.emplace_back("push, " + of_force, kPush);
-  if (const double slope = simulation.scene().floor.slope; slope != 0) {
-    lines.emplace_back(fmt::format("the floor slopes by {:.3g} deg, drawn level", degrees(slope)), kUphill);
+  if (const double slope = std::abs(simulation.scene().floor.slope) * 180 / M_PI; slope != 0) {
+    lines.emplace_back(fmt::format("the floor slopes by {:.3g} deg, drawn level", slope), kUphill);
   }
   double height = kLegendHeight + kLine * static_cast<double>(lines.size());
   markers.add_text("status", 0, {0, 0, height + 0.6 * kLine}, status, kText);
@@ -296,24 +286,24 @@ MarkerOptions marker_options(const RobotParameters& robot, bool has_world, const
 
 visualization_msgs::MarkerArray ContactMarkers::at(const ContactsStamped& contacts, const Simulation& simulation) {
   const Scene& scene = simulation.scene();
-  const std::vector<FloorPatch>& patches = scene.floor.patches;
   const auto& [loads, wrenches] = simulation.applied_loads();
-  std_msgs::Header header = contacts.header;
-  if (!options_.frame.empty()) header.frame_id = options_.frame;
-  Markers markers{header};
+  Markers markers{contacts.header};
+  if (!options_.frame.empty()) markers.header.frame_id = options_.frame;
   for (int i = 0; i < kWheels; ++i) add_contact(markers, i, contacts.contacts[i], simulation, options_);
   for (int i = 0; i < kWheels && shows_reactions(simulation); ++i) {
     add_reaction(markers, i, contacts.contacts[i], options_.friction_scale);
   }
   add_slope(markers, simulation);
-  for (std::size_t k = 0; k < patches.size() && !options_.world_frame.empty(); ++k) {
-    const double height = floor_height(scene.robot) + kOverFloor * static_cast<double>(k + 1);
-    add_patch(markers, static_cast<int>(k), patches[k], scene.floor, height, options_.world_frame);
+  int patch_id = 0, load_id = 0, wrench_id = 0;
+  for (const FloorPatch& patch : scene.floor.patches) {
+    if (options_.world_frame.empty()) break;
+    const double height = floor_height(scene.robot) + kOverFloor * (patch_id + 1);
+    add_patch(markers, patch_id++, patch, scene.floor, height, options_.world_frame);
   }
-  for (std::size_t k = 0; k < loads.size(); ++k) add_load(markers, static_cast<int>(k), loads[k]);
+  for (const Load& load : loads) add_load(markers, load_id++, load);
   markers.remove_after("loads", loads.size(), most_loads_);
-  for (std::size_t k = 0; k < wrenches.size(); ++k) {
-    add_wrench(markers, static_cast<int>(k), wrenches[k], simulation.state().psi(), options_.friction_scale);
+  for (const Wrench& wrench : wrenches) {
+    add_wrench(markers, wrench_id++, wrench, simulation.state().psi(), options_.friction_scale);
   }
   markers.remove_after("wrenches", wrenches.size(), most_wrenches_);
   add_legend(markers, simulation, options_,
