@@ -1,11 +1,12 @@
-// Equations of motion of models 2a and 2b, and the derivatives of their forces.
+// Equations of motion of models 2a and 2b (test/data/reference/golden_rhs.json), and the derivatives of their forces.
 
 #include <gtest/gtest.h>
 
 #include <complex>
+#include <fstream>
+#include <nlohmann/json.hpp>
 #include <type_traits>
 
-#include "golden_rhs.h"
 #include "random_states.h"
 #include "youbot_base_sim/drive/torque_profiles.h"
 #include "youbot_base_sim/integration/slip_system.h"
@@ -19,7 +20,10 @@ using Vector24 = Eigen::Matrix<double, 24, 1>;
 // Entries of State::values, column by column.
 Vector24 flat(const State& state) { return Eigen::Map<const Vector24>(state.values.data()); }
 
-Wheels wheels(const double* values) { return Eigen::Map<const Wheels>(values); }
+Wheels wheels(const nlohmann::json& numbers, std::size_t first = 0) {
+  const auto values = numbers.get<std::vector<double>>();
+  return Eigen::Map<const Wheels>(values.data() + first);
+}
 
 template <class Model>
 class SlipModelTest : public testing::Test {};
@@ -31,15 +35,17 @@ TYPED_TEST(SlipModelTest, AgreesWithAnIndependentSolver) {
   const FloorParameters floor;
   const TypeParam model(robot, floor);
   int cases = 0;
-  for (const GoldenCase& golden : kGoldenCases) {
-    if (golden.coulomb != std::is_same<TypeParam, PaperModel<CoulombLaw>>::value) continue;
+  std::ifstream file(YOUBOT_BASE_SIM_SOURCE_DIR "/test/data/reference/golden_rhs.json");
+  for (const nlohmann::json& golden : nlohmann::json::parse(file)) {
+    const bool coulomb = std::is_same<TypeParam, PaperModel<CoulombLaw>>::value;
+    if (golden["model"] != (coulomb ? "coulomb" : "viscous")) continue;
     SCOPED_TRACE(++cases);
     State state;
-    state.values.col(1).head<3>() = Eigen::Map<const Eigen::Array3d>(golden.velocities);
-    state.phi() = wheels(golden.phi_tilde);
-    state.dphi() = wheels(golden.velocities + 3);
-    state.dgamma() = wheels(golden.velocities + 7);
-    const Wheels M = wheels(golden.torques);
+    state.values.col(1).head<3>() = wheels(golden["velocities"]).head<3>();
+    state.phi() = wheels(golden["phi_tilde"]);
+    state.dphi() = wheels(golden["velocities"], 3);
+    state.dgamma() = wheels(golden["velocities"], 7);
+    const Wheels M = wheels(golden["torques"]);
     const Contacts contacts = contacts_of(model, state.velocities(), state.phi());
     State derivative;
     model.derivative(state, contacts, M, derivative);
@@ -47,17 +53,17 @@ TYPED_TEST(SlipModelTest, AgreesWithAnIndependentSolver) {
     // The slip is a difference of speeds of about 1 m/s: known to a few units in their last place, which the contact
     // turns into a force by up to f N / nu, and the smallest inertia that it acts on into an acceleration.
     const double V_rounding = 2e-15;
-    const Wheels F_X = wheels(golden.F_X), F_Y = wheels(golden.F_Y);
+    const Wheels F_X = wheels(golden["F_X"]), F_Y = wheels(golden["F_Y"]);
     const double F_rounding = 1.5 * floor.mu_0(robot)[0] * V_rounding + 1e-14 * F_X.abs().max(F_Y.abs()).maxCoeff();
-    EXPECT_LT((contacts.V_PX - wheels(golden.V_PX)).abs().maxCoeff(), V_rounding);
-    EXPECT_LT((contacts.V_PY - wheels(golden.V_PY)).abs().maxCoeff(), V_rounding);
+    EXPECT_LT((contacts.V_PX - wheels(golden["V_PX"])).abs().maxCoeff(), V_rounding);
+    EXPECT_LT((contacts.V_PY - wheels(golden["V_PY"])).abs().maxCoeff(), V_rounding);
     EXPECT_LT((contacts.F_X - F_X).abs().maxCoeff(), F_rounding);
     EXPECT_LT((contacts.F_Y - F_Y).abs().maxCoeff(), F_rounding);
-    const Eigen::Vector3d dv = Eigen::Map<const Eigen::Vector3d>(golden.accelerations);
+    const Eigen::Vector3d dv = wheels(golden["accelerations"]).head<3>();
     EXPECT_LT((derivative.velocity() - dv).norm(), 4 * F_rounding * 0.4 / robot.I_s);
-    EXPECT_LT((derivative.dphi() - wheels(golden.accelerations + 3)).abs().maxCoeff(),
+    EXPECT_LT((derivative.dphi() - wheels(golden["accelerations"], 3)).abs().maxCoeff(),
               F_rounding * robot.R / robot.J_1);
-    EXPECT_LT((derivative.dgamma() - wheels(golden.accelerations + 7)).abs().maxCoeff(),
+    EXPECT_LT((derivative.dgamma() - wheels(golden["accelerations"], 7)).abs().maxCoeff(),
               F_rounding * (robot.R - robot.R_d) / robot.J_2);
   }
   EXPECT_EQ(cases, 6);
