@@ -2,13 +2,12 @@
 import json
 import math
 from dataclasses import dataclass
+from pathlib import Path
 
 from youbot_base_sim.base import Base
 
 RANDOM_GROUP = "random"
-SEED = 20200216  # of the random torques
-RANDOM_RUNS = 200
-MAX_RANDOM_TORQUE = 2.0  # N m
+TORQUES = Path(__file__).with_name("random_torques.csv")  # N m
 CIRCLE_SPEED = 2 * math.pi * 2.5 / 30  # m/s: Case 1, a circle of radius 2.5 m in 30 s
 ROBOT_MASS = 35.6  # kg, wheels included
 GRAVITY = 9.81  # m/s^2
@@ -209,28 +208,10 @@ def beyond():
         yield cell("together", name, short, robot={**DYNAMIC, **dry, **robot}, **everything)
 
 
-def mt19937_64(seed):
-    """std::mt19937_64, which the C++ standard defines to the bit."""
-    n, m, mask = 312, 156, (1 << 64) - 1
-    state = [seed]
-    for i in range(1, n):
-        state.append((6364136223846793005 * (state[-1] ^ (state[-1] >> 62)) + i) & mask)
-    while True:
-        for i in range(n):
-            x = (state[i] & ~0x7FFFFFFF & mask) | (state[(i + 1) % n] & 0x7FFFFFFF)
-            state[i] = state[(i + m) % n] ^ (x >> 1) ^ (0xB5026F5AA96619E9 if x & 1 else 0)
-        for x in state:
-            x ^= (x >> 29) & 0x5555555555555555
-            x ^= (x << 17) & 0x71D67FFFEDA60000 & mask
-            x ^= (x << 37) & 0xFFF7EEE000000000 & mask
-            yield x ^ (x >> 43)
-
-
 def random_runs():
-    numbers = mt19937_64(SEED)
-    for k in range(RANDOM_RUNS):
-        torque = [MAX_RANDOM_TORQUE * (2 * (next(numbers) >> 11) * 2.0**-53 - 1) for _ in range(4)]
-        yield cell(RANDOM_GROUP, f"{k:03}", {"drive": held_torque(torque)})
+    """Under constant torques, drawn within 2 N m."""
+    for k, line in enumerate(TORQUES.read_text().splitlines()[1:]):
+        yield cell(RANDOM_GROUP, f"{k:03}", {"drive": held_torque([float(torque) for torque in line.split(",")])})
 
 
 # The yardstick of run times: Case 1, counter-clockwise, model 2b.

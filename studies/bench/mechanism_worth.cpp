@@ -162,11 +162,7 @@ int main(int argc, char** argv) {
     return 2;
   }
   Worth worth;
-  if (argc > 3) {
-    std::vector<double> tolerances;
-    for (double exponent = 3; exponent <= 9.01; exponent += 1) tolerances.push_back(std::pow(10, -exponent));
-    for (int k = 3; k < argc; ++k) worth.add(load_scene(argv[k]), tolerances);
-  }
+  for (int k = 3; k < argc; ++k) worth.add(load_scene(argv[k]), {1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9});
   const TemporaryFolder folder;
   const auto first = static_cast<std::uint32_t>(std::strtoul(argv[1], nullptr, 10));
   const auto count = static_cast<std::uint32_t>(argc > 3 ? 0 : std::strtoul(argv[2], nullptr, 10));

@@ -10,7 +10,6 @@
 #include <ctime>
 #include <fstream>
 #include <random>
-#include <string>
 
 #include "youbot_base_sim/loop/base_loop.h"
 #include "youbot_base_sim/physics/roller_geometry.h"
