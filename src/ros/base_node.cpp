@@ -6,9 +6,7 @@
 
 #include <algorithm>
 #include <chrono>
-#include <cmath>
 #include <cstdint>
-#include <limits>
 #include <memory>
 #include <optional>
 #include <set>
@@ -36,15 +34,14 @@ namespace {
 
 using SteadyClock = std::chrono::steady_clock;
 
-constexpr double kPollInterval = 0.1;   // s of wall time that the loop waits at most without looking if ROS still runs
-constexpr double kRecorderDelay = 0.2;  // s of wall time from a recorder's subscription to its first message at most
-constexpr double kFlushDelay = 0.2;     // s of wall time for the last message to leave before the node ends
+constexpr double kRecorderDelay = 0.2;    // s of wall time from a recorder's subscription to its first message at most
+constexpr double kFlushDelay = 0.2;       // s of wall time for the last message to leave before the node ends
 constexpr double kDiagnosticsRate = 0.5;  // Hz, as the driver's
 constexpr double kMaxAhead = 0.02;  // s of simulated time that may pass at once, unless a control period is longer
 
-// The console reports what time waits for after a second and then every ten, diagnostics every two.
-constexpr auto kFirstNotice = std::chrono::seconds(1), kNextNotice = std::chrono::seconds(10);
-constexpr auto kNoticeInDiagnostics = std::chrono::seconds(2);
+// Diagnostics report what time waits for after a second and then every two, the console every tenth second.
+constexpr auto kFirstNotice = std::chrono::seconds(1), kNextNotice = std::chrono::seconds(2);
+constexpr int kNoticesPerLine = 5;
 
 /// One number if all wheels have the same, else four.
 std::string wheels_text(const Wheels& values) {
@@ -66,9 +63,7 @@ class BaseNode final : private TimedLoop {
         stop_(stop),
         loop_(settings_),
         telemetry_(settings_.scene, settings_.telemetry),
-        end_(settings_.end_time > 0
-                 ? std::max<std::int64_t>(1, std::llround(settings_.end_time / loop_.control_period()))
-                 : std::numeric_limits<std::int64_t>::max()),
+        end_(settings_.end_time > 0 ? settings_.end_time : kInfinity),
         diagnosing_(kDiagnosticsRate),
         node_(node),
         private_node_(private_node) {
@@ -100,10 +95,11 @@ class BaseNode final : private TimedLoop {
   }
 
  private:
-  /// The reason why simulated time does not advance, and the times of its next reports.
+  /// The reason why simulated time does not advance, and its reports.
   struct Wait {
     std::string what;  ///< empty: it advances
-    SteadyClock::time_point console_due, diagnostics_due;
+    SteadyClock::time_point due;
+    int reports = 0;
   };
 
   void open_bag() {
@@ -240,16 +236,12 @@ class BaseNode final : private TimedLoop {
   /// Reports what time waits for once that takes long; the text may change from call to call.
   void report_wait(const std::string& what, ros::console::Level level = ros::console::levels::Info) {
     const auto now = SteadyClock::now();
-    if (wait_.what.empty()) wait_ = {what, now + kFirstNotice, now + kNoticeInDiagnostics};
+    if (wait_.what.empty()) wait_ = {what, now + kFirstNotice};
     wait_.what = what;
-    if (now >= wait_.console_due) {
-      wait_.console_due = now + kNextNotice;
-      ROS_LOG_STREAM(level, ROSCONSOLE_DEFAULT_NAME, what);
-    }
-    if (now >= wait_.diagnostics_due) {
-      wait_.diagnostics_due = now + kNoticeInDiagnostics;
-      publish_diagnostics(loop_.time());
-    }
+    if (now < wait_.due) return;
+    wait_.due = now + kNextNotice;
+    if (wait_.reports++ % kNoticesPerLine == 0) ROS_LOG_STREAM(level, ROSCONSOLE_DEFAULT_NAME, what);
+    publish_diagnostics(loop_.time());
   }
 
   /// Advances to the next time that could be noticed: waking up for each control period would cost more than simulating
@@ -276,9 +268,9 @@ class BaseNode final : private TimedLoop {
 
   /// Control periods until the next time that could be noticed.
   std::int64_t periods_ahead() {
-    const double next = std::min(loop_.time() + kMaxAhead, diagnosing_.next());
+    const double next = std::min({loop_.time() + kMaxAhead, diagnosing_.next(), end_});
     const std::int64_t periods = loop_.periods_until(wants_telemetry() ? std::min(next, loop_.next_instant()) : next);
-    return std::min({periods, clock_->periods_left(), end_ - loop_.periods()});
+    return std::min(periods, clock_->periods_left());
   }
 
   double next_time() override { return loop_.time() + static_cast<double>(periods_ahead()) * loop_.control_period(); }
@@ -296,7 +288,7 @@ class BaseNode final : private TimedLoop {
       ROS_WARN("no command for %g s: the wheels are stopped", settings_.driver.command_timeout);
     }
     log_tipping();
-    if (loop_.periods() >= end_) end("~end_time has come");
+    if (ControlTime::reached(end_, loop_.time())) end("~end_time has come");
   }
 
   /// Logs that the base has reached its tipping limit, beyond which a real base would move differently.
@@ -392,7 +384,7 @@ class BaseNode final : private TimedLoop {
   const std::atomic<bool>& stop_;
   BaseLoop loop_;
   Telemetry telemetry_;
-  const std::int64_t end_;  // control periods
+  const double end_;  // s of simulated time
   Instants diagnosing_;
   std::optional<BagWriter> bag_;  // empty: not recorded, or not any longer
   std::string bag_failure_;       // why; empty: none

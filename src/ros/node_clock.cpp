@@ -21,9 +21,8 @@ namespace {
 
 using SteadyClock = std::chrono::steady_clock;
 
-constexpr double kPollInterval = 0.1;  // s of wall time that a loop waits at most without looking if ROS still runs
-constexpr double kProbe = 0.25;        // s of wall time that the tenth step waits for commands by the wall clock
-constexpr int kMaxAnswers = 100;       // to services that a node calls one after another without sleeping
+constexpr double kProbe = 0.25;   // s of wall time that the tenth step waits for commands by the wall clock
+constexpr int kMaxAnswers = 100;  // to services that a node calls one after another without sleeping
 
 double since(SteadyClock::time_point past) { return std::chrono::duration<double>(SteadyClock::now() - past).count(); }
 

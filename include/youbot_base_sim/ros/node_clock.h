@@ -18,6 +18,8 @@
 
 namespace youbot_base_sim {
 
+constexpr double kPollInterval = 0.1;  ///< s of wall time that a loop waits at most without looking if ROS still runs
+
 /// The loop that a NodeClock serves: what it does while time waits.
 class TimedLoop {
  public:
