@@ -69,7 +69,6 @@ void Simulation::reset() {
   local_ = state_ = scene_.initial;
   leave_origin_at(local_.x(), local_.y());
   t_ = segment_end_ = 0;
-  periods_ = 0;
   held_.set(Wheels::Zero());
   drive_.reset();
   continuous_.reset();
@@ -141,15 +140,10 @@ void Simulation::step() {
   advance_to(period_end());
 }
 
-double Simulation::period_end() const {
-  if (!sampled()) return kInfinity;
-  return period_begins() ? control_time_.begin(periods_ + 1) : segment_end_;
-}
-
 // Samples the drive at the beginning of a control period; or begins the next smooth segment of a continuous torque.
 void Simulation::begin_segment() {
   t_ = std::max(t_, segment_end_);
-  if (sampled()) segment_end_ = control_time_.begin(++periods_);
+  if (sampled()) segment_end_ = period_end();
   if (drive_) hold(drive_->sample(t_, state_.dphi()));
   if (continuous_) {
     segment_end_ = std::min(continuous_->begin_segment(t_), t_ < scene_.duration ? scene_.duration : kInfinity);

@@ -77,7 +77,7 @@ class Simulation {
 
   /// True if a control period begins now; end of the one that goes on or begins now, s (infinity without one).
   bool period_begins() const { return sampled() && ControlTime::reached(segment_end_, t_); }
-  double period_end() const;
+  double period_end() const { return sampled() ? control_time_.begin(control_time_.ended_by(t_) + 1) : kInfinity; }
 
   /// The torque of the wheels from now on, N m, exactly and until it is set anew. Without a control period each
   /// `advance_to` then ends an integration step. std::logic_error where the scene prescribes wheel angles.
@@ -191,9 +191,8 @@ class Simulation {
   std::unique_ptr<MotionIntegrator> integrator_;
   const std::atomic<bool>* stop_ = nullptr;  // null: never
   bool continues_when_tipping_ = false;
-  bool extended_;         // whether the equations have the physics beyond the paper
-  double segment_end_;    // of the present control period, or of a smooth segment of the torque, s
-  std::int64_t periods_;  // begun so far
+  bool extended_;       // whether the equations have the physics beyond the paper
+  double segment_end_;  // of the present control period, or of a smooth segment of the torque, s
   double initial_energy_;
   double next_change_;          // of loads and wrenches, s
   AppliedLoads planned_;        // the scene's present ones
