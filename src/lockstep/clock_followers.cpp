@@ -7,6 +7,7 @@
 #include <ros/master.h>
 #include <ros/network.h>
 #include <ros/this_node.h>
+#include <ros/xmlrpc_manager.h>
 #include <sched.h>
 #include <sys/resource.h>
 #include <sys/socket.h>
@@ -33,11 +34,14 @@ constexpr auto kFirstNotice = std::chrono::seconds(1),
 constexpr int kRestsToReturn = 10;                      // steps with a rest, for one that was given up
 constexpr std::size_t kManyThreads = 100;               // of one node, which a warning names
 constexpr char kMaster[] = "the master";
+constexpr unsigned kConnected = 0x01, kListening = 0x0A;  // states of sockets
 // Loops and timers look at simulated time once a millisecond; and slack. On virtual machines 1 of 100 such sleeps takes
 // longer, up to 5 ms.
 constexpr auto kRoscppPolling = std::chrono::microseconds(1200);
-constexpr auto kLatePoll = std::chrono::milliseconds(10);  // one that is later is not waited for
-constexpr int kStepsToLearn = 10;                          // one in so many waits though no node is known to poll
+constexpr auto kLatePoll = std::chrono::milliseconds(10);      // one that is later is not waited for
+constexpr int kStepsToLearn = 10;                              // one in so many waits though no node is known to poll
+constexpr auto kBetweenLinks = std::chrono::milliseconds(50);  // looks for links under way
+constexpr auto kLinking = std::chrono::seconds(1);             // for a link at most
 
 using Names = std::set<std::string>;
 
@@ -54,18 +58,18 @@ bool is_here(const std::string& host) {
   return is_bound;
 }
 
-/// The processes of this machine that answer at an address; of those that may be looked into: this user's.
-std::vector<Process> processes_at(const std::string& host, std::uint32_t port) {
-  if (!is_here(host)) return {};
-  constexpr unsigned kListening = 0x0A;
+/// The processes of this machine with a socket for which `is_meant(state, local port, remote port)`; of those that may
+/// be looked into: this user's.
+template <class IsMeant>
+std::set<pid_t> holders_of(const IsMeant& is_meant) {
   std::set<std::string> sockets;  // as /proc names them
   for (const char* path : {"/proc/net/tcp", "/proc/net/tcp6"}) {
     std::ifstream table(path);
     for (std::string line; std::getline(table, line);) {
-      unsigned local = 0, state = 0;
+      unsigned local = 0, remote = 0, state = 0;
       unsigned long inode = 0;
-      std::sscanf(line.c_str(), "%*s %*[^:]:%x %*s %x %*s %*s %*s %*s %*s %lu", &local, &state, &inode);
-      if (state == kListening && local == port) sockets.insert(fmt::format("socket:[{}]", inode));
+      std::sscanf(line.c_str(), "%*s %*[^:]:%x %*[^:]:%x %x %*s %*s %*s %*s %*s %lu", &local, &remote, &state, &inode);
+      if (is_meant(state, local, remote)) sockets.insert(fmt::format("socket:[{}]", inode));
     }
   }
   std::set<pid_t> holders;
@@ -77,7 +81,14 @@ std::vector<Process> processes_at(const std::string& host, std::uint32_t port) {
     holders.insert(std::atoi(files.gl_pathv[k] + std::strlen("/proc/")));
   }
   globfree(&files);
-  return {holders.begin(), holders.end()};
+  return holders;
+}
+
+/// The processes of this machine that answer at an address.
+std::vector<Process> processes_at(const std::string& host, unsigned port) {
+  if (!is_here(host)) return {};
+  const auto found = holders_of([=](auto state, auto local, auto) { return state == kListening && local == port; });
+  return {found.begin(), found.end()};
 }
 
 /// The master's answer; nothing if it fails.
@@ -89,18 +100,8 @@ XmlRpc::XmlRpcValue ask_master(const char* method, const std::string& argument =
   return answer;
 }
 
-/// The processes of a node, by what the master says of it.
-std::vector<Process> processes_of(const std::string& node) {
-  XmlRpc::XmlRpcValue uri = ask_master("lookupNode", node);
-  std::string host;
-  std::uint32_t port = 0;
-  if (uri.getType() != uri.TypeString || !ros::network::splitURI(uri, host, port)) return {};
-  return processes_at(host, port);
-}
-
-/// The nodes that hear each node, by the master; all have /clock and the log in common.
-std::map<std::string, Names> listeners_by_node() {
-  XmlRpc::XmlRpcValue state = ask_master("getSystemState");
+/// The nodes that hear each node, by what the master knows; all have /clock and the log in common.
+std::map<std::string, Names> listeners_by_node(XmlRpc::XmlRpcValue& state) {
   std::map<std::string, Names> subscribers, listeners;
   if (!state.valid()) return listeners;
   for (int k = 0; k < state[1].size(); ++k) {
@@ -147,14 +148,17 @@ ClockFollowers::ClockFollowers(ros::NodeHandle& node, std::chrono::duration<doub
   files.rlim_cur = files.rlim_max;
   setrlimit(RLIMIT_NOFILE, &files);
   defer_other_threads();
+  nodes_[ros::this_node::getName()].port = ros::XMLRPCManager::instance()->getServerPort();
   nodes_[ros::this_node::getName()].processes.emplace_back(getpid());
   nodes_[kMaster].processes = processes_at(ros::master::getHost(), ros::master::getPort());
 }
 
 void ClockFollowers::add(const std::string& name) {
   master_work_.reset();
-  nodes_[name].processes = processes_of(name);
-  if (!nodes_[name].processes.empty() || !ask_master("lookupNode", name).valid()) return;  // or it has gone
+  Node& node = nodes_[name];
+  std::string host, uri = ask_master("lookupNode", name);
+  if (ros::network::splitURI(uri, host, node.port)) node.processes = processes_at(host, node.port);
+  if (!node.processes.empty() || !ask_master("lookupNode", name).valid()) return;  // or it has gone
   ROS_WARN(
       "%s follows /clock from elsewhere, another machine, container or user: whether it has read what is published "
       "before cannot be known",
@@ -175,20 +179,17 @@ void ClockFollowers::announce(const ros::Time& time) {
   if (++steps_ % kStepsToLearn == 0) warn_of_threads();
   take_back();
   await_rest();
-  order_groups();
   for (const Group& group : groups_) {
     for (const std::string& name : group) links_.send(name);
-    await_rest();
+    await_sleep();
     await_polls(group);
-    await_rest();
+    await_sleep();
   }
 }
 
-/// Puts each node into the first group after all that have a node before it by name with which it interacts. The work
-/// of the master, where that can be seen, shows that this may have changed.
+/// Puts each node into the first group after all that have a node before it by name with which it interacts.
 void ClockFollowers::order_groups() {
-  if (work_of(nodes_[kMaster].processes) == master_work_) return;
-  std::map<std::string, Names> listeners = listeners_by_node();
+  std::map<std::string, Names> listeners = listeners_by_node(state_);
   groups_ = {{ros::this_node::getName()}};
   std::vector<Names> reached(1);  // by each group
   for (const auto& [name, node] : nodes_) {
@@ -203,9 +204,6 @@ void ClockFollowers::order_groups() {
     groups_[level].push_back(name);
     reached[level].insert(own.begin(), own.end());
   }
-  master_work_ = 0;
-  await_rest();
-  if (master_work_) master_work_ = work_of(nodes_[kMaster].processes);  // no node has come or gone meanwhile
 }
 
 /// Waits until all threads of the group that are known to poll simulated time have run since /clock arrived, or are too
@@ -231,9 +229,41 @@ void ClockFollowers::await_polls(const Group& group) {
   for (Process* process : processes) process->learn_polls(Clock::now() - arrived);
 }
 
+/// Where the master has worked since the last rest, waits for what follows from that, until it knows nothing new.
+bool ClockFollowers::await_rest() {
+  await_sleep();
+  if (work_of(nodes_[kMaster].processes) == master_work_) return true;
+  const XmlRpc::XmlRpcValue state = ask_master("getSystemState");
+  if (!master_work_ || state != state_) {
+    state_ = state;
+    await_links();
+    order_groups();
+    master_work_ = 0;
+    return await_rest();
+  }
+  await_sleep();
+  if (master_work_) master_work_ = work_of(nodes_[kMaster].processes);  // no node has come or gone meanwhile
+  return true;
+}
+
+/// Waits for the links of new subscriptions. roscpp takes up to 0.4 s for one, and sleeps meanwhile, with a connection
+/// to where the other node answers XML-RPC. The master keeps such connections.
+void ClockFollowers::await_links() {
+  std::set<unsigned> ports;
+  for (const auto& [name, node] : nodes_) ports.insert(node.port);
+  const auto is_asking = [&](auto state, auto, auto remote) { return state == kConnected && ports.count(remote) > 0; };
+  for (const auto end = Clock::now() + kLinking; Clock::now() < end && goes_on();) {
+    std::set<pid_t> asking = holders_of(is_asking);
+    for (const Process& master : nodes_[kMaster].processes) asking.erase(master.id());
+    if (asking.empty()) break;
+    std::this_thread::sleep_for(kBetweenLinks);
+  }
+  await_sleep();
+}
+
 /// Waits until each node has been at rest since the last packet between them, or all have been with no work in between.
 /// Without a packet since the last rest only loops and timers may have woken, and nodelets in this process.
-bool ClockFollowers::await_rest() {
+void ClockFollowers::await_sleep() {
   update_nodes();
   std::map<std::string, int> awake;  // looks that have found it at work; half of them if it also works for others
   std::vector<std::pair<const std::string, Node>*> pending;
@@ -254,7 +284,7 @@ bool ClockFollowers::await_rest() {
     if (pending.empty() && (packets == packets_over_loopback() || work == work_so_far())) {
       packets_at_rest_ = packets;
       for (auto& [name, node] : nodes_) node.may_have_polled = false;
-      return true;
+      return;
     }
     if (!pending.empty()) pending.back()->second.waited += kBetweenLooks;
     if (looks % kLooksAtAll != 0) continue;
@@ -272,9 +302,8 @@ bool ClockFollowers::await_rest() {
     }
     if (Clock::now() < end) continue;
     give_up(awake, looks / kLooksAtAll);
-    return await_rest();
+    return await_sleep();
   }
-  return true;
 }
 
 bool ClockFollowers::rests(Node& node) {

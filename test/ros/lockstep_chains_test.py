@@ -59,13 +59,14 @@ def run_node(kind, style, topic, out):
         rate.sleep()
 
 
-def connected_topics(name):
-    """Topics over which the node is connected, by its own word; none if there is no such node yet."""
+def registered_topics(name):
+    """Topics of a node, by the master, for which it need not be connected; none if there is no such node yet."""
+    master = rosgraph.Master(rospy.get_name())
     try:
-        uri = rosgraph.Master(rospy.get_name()).lookupNode(name)
-        return {row[4] for row in xmlrpc.client.ServerProxy(uri).getBusInfo(rospy.get_name())[2]}
+        xmlrpc.client.ServerProxy(master.lookupNode(name)).getPid(rospy.get_name())  # it may have gone
     except (rosgraph.MasterException, OSError):
         return set()
+    return {topic for rows in master.getSystemState()[:2] for topic, nodes in rows if name in nodes}
 
 
 class ChainsTest(unittest.TestCase):
@@ -111,7 +112,7 @@ class ChainsTest(unittest.TestCase):
         self.assertEqual(len(set(digests)), 1, digests)
 
     def await_topics(self, node, *topics):
-        while not {"/clock", *topics} <= connected_topics(node):
+        while not {"/clock", *topics} <= registered_topics(node):
             rospy.rostime.wallsleep(0.05)
 
     def run_chain(self, chain, style, programs):
@@ -126,7 +127,8 @@ class ChainsTest(unittest.TestCase):
         return self.digest(base)
 
     def test_chains(self):
-        for row in ("filter", "loop", (CPP, PYTHON)), ("mux", "loop", (CPP, CPP)), ("mux", "loop", (PYTHON, PYTHON)):
+        for row in (("filter", "loop", (CPP, PYTHON)), ("filter", "timer", (PYTHON, CPP)), ("filter", "timer", (CPP, CPP)),
+                    ("mux", "loop", (CPP, CPP)), ("mux", "timer", (PYTHON, PYTHON))):
             self.expect_same(lambda: self.run_chain(*row))
 
     def run_two_bases(self, names=["/base_node", "/second/base_node", "/second/controller"]):

@@ -119,6 +119,7 @@ class ClockFollowers : public TimeGate {
 
   struct Node {
     std::vector<Process> processes;  // empty: they cannot be seen
+    std::uint32_t port = 0;          // at which it answers XML-RPC
     Clock::duration waited{};        // until it rested, looks included
     int rests_to_return = 0;         // in steps one after another; above 0: it is given up
     bool is_named = false, may_have_polled = false;
@@ -127,6 +128,8 @@ class ClockFollowers : public TimeGate {
   std::pair<std::string, double> slowest() const override { return slowest_of(nodes_); }
   bool goes_on() const { return ros::ok() && !stop_; }
   void update_nodes();
+  void await_sleep();
+  void await_links();
   void order_groups();
   void await_polls(const Group& group);
   static bool rests(Node& node);
@@ -140,7 +143,8 @@ class ClockFollowers : public TimeGate {
   const std::atomic<bool>& stop_;
   std::map<std::string, Node> nodes_;             // by name; this one and the master too
   std::vector<Group> groups_;                     // in the order in which they receive /clock
-  std::optional<std::uint64_t> master_work_;      // when `groups_` was determined; empty: nodes have come or gone
+  XmlRpc::XmlRpcValue state_;                     // of the master, by which `groups_` was determined
+  std::optional<std::uint64_t> master_work_;      // at that time; empty: nodes have come or gone since
   std::optional<std::uint64_t> packets_at_rest_;  // empty: there was no rest
 };
 

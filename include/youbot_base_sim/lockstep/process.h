@@ -19,6 +19,7 @@ class Process {
   Process(Process&&) noexcept;
   Process& operator=(Process&&) noexcept;
   ~Process();
+  pid_t id() const { return id_; }  ///< its number
 
   /// True if there was an instant at which all of its threads waited for something or had ended.
   bool rests();
