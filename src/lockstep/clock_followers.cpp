@@ -236,9 +236,9 @@ bool ClockFollowers::await_rest() {
   const XmlRpc::XmlRpcValue state = ask_master("getSystemState");
   if (!master_work_ || state != state_) {
     state_ = state;
+    master_work_ = 0;  // until a node comes or goes
     await_links();
     order_groups();
-    master_work_ = 0;
     return await_rest();
   }
   await_sleep();
