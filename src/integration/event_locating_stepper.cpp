@@ -22,7 +22,8 @@ EventLocatingStepper::Result EventLocatingStepper::try_step(ContactSystem& syste
                                                             bool finishes) {
   const State& start = start_after_effects(system, x, t);
   const double bound = std::min(dt, system.max_step(start, t));
-  const double length = lengths_.next() < kMergeRemainder * bound ? lengths_.next() : bound;
+  const double beyond_edge = (1 + 0.25 * kMaxExtrapolation) * EdgeReached::time_to_edge(system.modes(), start, ddphi_);
+  const double length = std::min(lengths_.next() < kMergeRemainder * bound ? lengths_.next() : bound, beyond_edge);
   if (!try_length(system, start, t, length) || !end_at_events(system, start, t)) {
     ++record_->statistics.rejected_steps;
     lengths_.rejected(next_dt_);
@@ -30,9 +31,15 @@ EventLocatingStepper::Result EventLocatingStepper::try_step(ContactSystem& syste
     return odeint::fail;
   }
   start_t_ = t;
-  t = last_try_.length == bound ? t + bound : t + last_try_.length + residual_dt_;
+  t = t + last_try_.length + residual_dt_;
+  ddphi_ = (1 / last_try_.length) * (last_try_.end.dphi() - start.dphi());
   x = last_try_.end;
-  if (residual_dt_ != 0) extrapolate(system, x);
+  if (residual_dt_ != 0) {
+    State end, there;
+    method_->state_within(system, 1, end);
+    method_->state_within(system, 1 + residual_dt_ / last_try_.length, there);
+    x.values += there.values - end.values;
+  }
   ++record_->statistics.steps;
   lengths_.ended();
   point_ = Point::kEnded;
@@ -157,11 +164,11 @@ void EventLocatingStepper::end_at(const Event& event, ContactSystem& system, con
   double low = 0, high = last_try_.length, length = crossing.dt;
   Try past_event = last_try_;
   residual_dt_ = 0;
-  if constexpr (!Event::kEndsPast) {
-    if (length <= event.width(high)) return;  // a wheel on its edge: the end decides whether it leaves
-    length = by_interpolation(event, system, crossing.condition, length);
-  }
+  if (!Event::kEndsPast && length <= event.width(high)) return;  // a wheel on its edge: the end decides if it leaves
   for (int tries = 0; tries < Event::kMaxTries; ++tries) {
+    if constexpr (!Event::kEndsPast) {
+      if (leaves_rest(event, system, crossing.condition, length)) return;
+    }
     if (!(length > low && length < high)) length = 0.5 * (low + high);
     try_before_ = last_try_;
     ++record_->statistics.location_steps;
@@ -186,53 +193,35 @@ void EventLocatingStepper::end_at(const Event& event, ContactSystem& system, con
     (past > 0 ? high : low) = length;
     if (past > 0) past_event = last_try_;
     if (high - low <= event.width(high)) break;
-    if constexpr (!Event::kEndsPast) {
-      if (interpolates()) {
-        residual_dt_ = by_interpolation(event, system, crossing.condition, length - past / speed) - length;
-        if (speed > 0 && can_extrapolate(system.modes(), event.wheel(crossing.condition))) return;
-        residual_dt_ = 0;
-      }
-    }
     length = speed > 0 ? length - past / speed : low;  // low: bisect
   }
   if (Event::kEndsPast && !try_length(system, start, t, high)) last_try_ = past_event;
 }
 
-// The time of the event by the states that the method knows within the last try, or a little after its end: a try of
-// that length usually is the last one. By Newton's method from `guess`.
+// Corrects `length` (s), a guess of the time from the start to an event, by Newton's method on the states that the
+// method knows within the last try. True if the rest from its end, residual_dt_, is so short that these states are the
+// step's end. All wheels must stay within their edges but the one that reaches its own.
 template <class Event>
-double EventLocatingStepper::by_interpolation(const Event& event, const ContactSystem& system, int condition,
-                                              double guess) const {
+bool EventLocatingStepper::leaves_rest(const Event& event, const ContactSystem& system, int condition, double& length) {
+  if (!interpolates() || known_length_ != last_try_.length) return false;
   State x;
-  double length = guess;
+  double newton = length;
   for (int iteration = 0; iteration < 2; ++iteration) {
-    const double share = length / last_try_.length;
-    if (!(share > 0 && share < 1 + kMaxExtrapolation) || !interpolates()) return guess;
+    const double share = newton / last_try_.length;
+    if (!(share > 0 && share < 1 + kMaxExtrapolation)) return false;
     method_->state_within(system, share, x);
     const Witness witness = event.witness(system, x, 0, condition);
-    if (!(witness.speed > 0)) return guess;
-    length -= witness.past / witness.speed;
+    if (!(witness.speed > 0)) return false;
+    newton -= witness.past / witness.speed;
   }
-  return length;
-}
-
-// Moves the end x of the last try by residual_dt_.
-void EventLocatingStepper::extrapolate(const ContactSystem& system, State& x) const {
-  State end, there;
-  method_->state_within(system, 1, end);
-  method_->state_within(system, 1 + residual_dt_ / last_try_.length, there);
-  x.values += there.values - end.values;
-}
-
-// True if the end of the step, residual_dt_ (s) off an edge, may be moved there: all wheels must stay within their
-// edges but the one that reaches its own.
-bool EventLocatingStepper::can_extrapolate(const ContactModes& modes, int wheel) const {
-  if (!(std::abs(residual_dt_) < kMaxExtrapolation * last_try_.length)) return false;
-  const Wheels phi = last_try_.end.phi() + residual_dt_ * last_try_.end.dphi();
-  for (int k = 0; k < kWheels; ++k) {
-    if (k != wheel && !(phi[k] > modes.lower_edge()[k] && phi[k] < modes.upper_edge()[k])) return false;
-  }
-  return true;
+  length = newton;
+  const double rest = length - last_try_.length;
+  bool leaves = std::abs(rest) < kMaxExtrapolation * last_try_.length;
+  const Wheels phi = last_try_.end.phi() + rest * last_try_.end.dphi();
+  const Wheels room = (phi - system.modes().lower_edge()).min(system.modes().upper_edge() - phi);
+  for (int k = 0; k < kWheels; ++k) leaves &= k == event.wheel(condition) || room[k] > 0;
+  if (leaves) residual_dt_ = rest;
+  return leaves;
 }
 
 // The effects of events in state x: for the base and each wheel, that of the event which concerns it.

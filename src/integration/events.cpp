@@ -2,6 +2,16 @@
 
 namespace youbot_base_sim {
 
+double EdgeReached::time_to_edge(const ContactModes& modes, const State& x, const Wheels& ddphi) {
+  double first = kInfinity;
+  for (int i = 0; i < kWheels; ++i) {
+    const double dphi = x.dphi()[i], way = (dphi < 0 ? modes.lower_edge() : modes.upper_edge())[i] - x.phi()[i];
+    const double t = 2 * way / (dphi + std::copysign(std::sqrt(dphi * dphi + 2 * ddphi[i] * way), dphi));
+    if (t > kTimeResolution && t < first) first = t;  // not a number: never
+  }
+  return first;
+}
+
 Effect EdgeReached::apply(ContactSystem& system, State& x, double t, int i) {
   ContactModes& modes = system.modes();
   const double phi = x.phi()[i];

@@ -57,10 +57,11 @@ class StepLengths {
 
 /// Steps that end where an event happens: a Controlled Stepper of odeint around a method for smooth equations.
 ///
-/// Newton's method on the length of the step locates a switch to 1e-12 s, or to the resolution of phi: each try is a
-/// whole step from the same start. The wheel then stands on the far side of the edge, and the next step starts afresh.
-/// A wheel exactly on an edge stands on the roller of (2.1), unless its motion leaves that roller at once; one that
-/// touches the edge and goes back does not switch. Other events are located by bisection.
+/// A step is aimed just beyond the next edge, by the wheels' accelerations over the step before; dense output leads
+/// back to it. Else Newton's method on the length locates a switch to 1e-12 s, or to the resolution of phi: each try is
+/// a whole step from the same start. The wheel then stands on the far side of the edge, and the next step starts
+/// afresh. A wheel exactly on an edge stands on the roller of (2.1), unless its motion leaves that roller at once; one
+/// that touches it and goes back does not switch. Other events are located by bisection.
 ///
 /// A step may have two phases, so that rows within steps leave the motion's bits alone: `try_step` without `finishes`
 /// ends it, `state_at` reads states within it, and `finish` brings about the effects of events at its end. Between two
@@ -112,7 +113,7 @@ class EventLocatingStepper : public ControlledStepperTypes {
  private:
   static constexpr double kMergeRemainder = 0.99;    // of the bound: a step that would be longer goes to it
   static constexpr double kShrinkage = 0.2;          // of a step whose end is not finite, or a jump
-  static constexpr double kMaxExtrapolation = 1e-2;  // of a step: beyond its end, states are as good as within it
+  static constexpr double kMaxExtrapolation = 2e-3;  // of a step: so close to its end, states are as good as there
 
   enum class Point { kFresh, kReplaced, kEnded, kSettled };
 
@@ -129,9 +130,7 @@ class EventLocatingStepper : public ControlledStepperTypes {
   template <class Event>
   void end_at(const Event& event, ContactSystem& system, const State& start, double t);
   template <class Event>
-  double by_interpolation(const Event& event, const ContactSystem& system, int condition, double guess) const;
-  void extrapolate(const ContactSystem& system, State& x) const;
-  bool can_extrapolate(const ContactModes& modes, int wheel) const;
+  bool leaves_rest(const Event& event, const ContactSystem& system, int condition, double& length);
   void settle(ContactSystem& system, State& x, double t);
   void note(Effect effect);
 
@@ -146,8 +145,8 @@ class EventLocatingStepper : public ControlledStepperTypes {
   double next_dt_ = 0;  // worth trying after the last try
 
   StepLengths lengths_;
-  double start_t_ = 0;  // of the last step, s
-
+  double start_t_ = 0;             // of the last step, s
+  Wheels ddphi_ = Wheels::Zero();  // mean over the last step, rad/s^2
   Point point_ = Point::kFresh;
   State x_, start_;  // at kReplaced: the given state, at time t_, and what effects have made of it
   double t_ = 0;

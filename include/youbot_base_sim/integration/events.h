@@ -145,6 +145,8 @@ class EdgeReached {
   static bool concerns(const ContactModes& modes, int i) { return i != kBase && modes.on_one_roller(i); }
   Effect apply(ContactSystem& system, State& x, double t, int i);
 
+  /// Time (s) in which the first wheel reaches an edge that it does not stand on, at these accelerations (rad/s^2).
+  static double time_to_edge(const ContactModes& modes, const State& x, const Wheels& ddphi);
   /// Stands wheel i of x, whose angle was `start` (rad) at time t (s), on the roller that it has come to dt later,
   /// however many it has passed: the effect of a step that no event has ended.
   void pass(ContactModes& modes, State& x, double t, double dt, int i, double start) const;
