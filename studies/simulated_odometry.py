@@ -1,16 +1,33 @@
-"""Errors of odometry by kinematics and by slip on simulated drives of bases with other numbers of rollers."""
+"""Errors of odometry by kinematics and by slip on simulated drives of bases with other numbers of rollers, and along bags."""
+import math
+import subprocess
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+import yaml
 
-from youbot_base_sim._simulator import run
-from youbot_base_sim.base import WHEELS, Base
+from youbot_base_sim._simulator import Simulation, run
+from youbot_base_sim.base import DRIVER_RADIUS, WHEELS, Base
+from youbot_base_sim.reading import read
+from youbot_base_sim.records import POSE
+from .builds import run_quietly
 from .odometry_models import least_squares
+from .pages import table
 
 DRIVES = 3
 RATE, SPAN = 100, 20            # Hz of the rows, s over which errors count
 FITTED, TESTED = 60, 100        # s of the drives
 SPEEDS = 0.4, 0.3, 0.8          # m/s, m/s, rad/s: largest commands
+# Of twins: drives, and how often they are read, s; what wheels read in ticks (rad), rpm (rad/s) and mA (N m), with noise of
+# efforts (N m), and a tracker's (m, m, rad).
+TRAINED, TRIED, INTERVAL, GEAR = 120, 600, 0.02, 364 / 9405
+TICK, RPM, MILLIAMPERE = math.tau * GEAR / 4000, math.tau * GEAR / 60, 0.0335e-3 / GEAR
+EFFORT_NOISE, POSE_NOISE = 5e-3, (3e-4, 3e-4, 5e-4)
+# Twins begin to fit 10 % off.
+GUESS = {"duration": 1, "drive": {"torque": [{"start": 0}]}, "robot": {
+    "profile": "measured", "wheel_radius": 0.045, "roller_axis_radius": 0.03195, "half_track": 0.135, "com": [0.0144, -0.0234],
+    "roller_dry_friction": 0.0657}, "solver": {"relative_tolerance": 1e-5, "absolute_tolerance": 1e-8}}
 # Shares of a roller at which replicas begin that stand for unknown angles: their mean motion counts.
 REPLICAS = np.array([[0, .5, .25, .75], [.25, .75, .5, 0], [.5, 0, .75, .25], [.75, .25, 0, .5]])
 
@@ -50,15 +67,19 @@ class Bases:
         moved = np.concatenate([[0], np.cumsum((X + 1j * Y) * np.exp(0.5j * (psi[1:] + psi[:-1])))])
         return {"x": moved.real, "y": moved.imag, "psi": psi}
 
-    def fitted_factors(self, rows):
-        """By least squares, to displacements over 2 s."""
-        true = displacements(rows, 2 * RATE)
+    def fitted_factors(self, rows, length=2 * RATE):
+        """By least squares, to displacements over so many rows."""
+        true = displacements(rows, length)
         return least_squares(
-            lambda factors: (displacements(self.by_kinematics(rows, factors), 2 * RATE) - true).ravel(), np.ones(3))
+            lambda factors: (displacements(self.by_kinematics(rows, factors), length) - true).ravel(), np.ones(3))
+
+
+def wheel_columns():
+    return [f"phi_{wheel}" for wheel in WHEELS]
 
 
 def angles_of(rows):
-    return np.column_stack([rows[f"phi_{wheel}"] for wheel in WHEELS])
+    return np.column_stack([rows[name] for name in wheel_columns()])
 
 
 def displacements(rows, length):
@@ -82,3 +103,103 @@ def errors(rollers, folder):
             errors_of.append(moved - displacements(rows, length))
     return [1e3 * np.sqrt((np.concatenate(e)[:, axes]**2).sum(axis=1).mean()) for e in found
             for axes in (slice(0, 2), slice(2, 3))]
+
+
+def smooth(values):
+    """Rows of RATE over a quarter of a second."""
+    weight = np.hanning(RATE // 4 + 2)
+    padded = np.pad(values, ((len(weight) // 2, (len(weight) - 1) // 2), (0, 0)), mode="edge")
+    return np.array([np.convolve(column, weight / weight.sum(), "valid") for column in padded.T]).T
+
+
+def lateral_ways(path, base, arguments, folder):
+    """k_Y/k_X in a bag, its standard error over tenths of it, and that of arguments.scene along the bag's wheels."""
+    record = read(path, base, arguments, True)[1]
+    joints, poses = record.need("joint_states", "position"), record.poses.known(*POSE[:3])
+    t = np.arange(int((joints.t[-1] - 1) * RATE)) / RATE
+    angles = smooth(np.array([np.interp(t, joints.t, column) for column in joints["position"].T]).T)
+    truth = {name: np.interp(t, poses.t, np.unwrap(poses[name]) if name == "psi" else poses[name]) for name in POSE[:3]}
+    bases, length = Bases(base.rollers_per_wheel, folder), 2 * RATE
+    bases.base = replace(base, roller_angle=45)  # as k_Y/k_X is counted
+    rolled = displacements(bases.by_kinematics(dict(zip(wheel_columns(), angles.T)), np.ones(3)), length)
+    np.savetxt(bases.table, np.column_stack([t, angles]), "%.12g", ",", header=",".join(("t", *WHEELS)), comments="")
+    simulated = np.mean([displacements(run(arguments.scene, {
+        "duration": float(t[-1]), "output_rate": RATE, "drive": {"wheel_angle_table": str(bases.table)},
+        "initial.wheel_angles": (angles[0] + share * bases.pitch).tolist()}), length) for share in REPLICAS], axis=0)
+    true = displacements(truth, length)
+    without = [ratio(np.delete(true, tenth, 0), np.delete(rolled, tenth, 0))
+               for tenth in np.array_split(np.arange(len(true)), 10)]
+    return ratio(true, rolled), 3 * np.std(without), ratio(simulated, rolled)
+
+
+def ratio(moved, rolled):
+    """Lateral over forward factor of displacements to those of wheels that roll, by robust least squares."""
+    factors = np.eye(3)
+    for _ in range(20):
+        off = np.abs(moved - rolled @ factors)
+        weight = 1 / np.maximum(1, off / (2 * np.median(off, axis=0)))
+        factors = np.array([np.linalg.lstsq(rolled * w[:, None], m * w, rcond=None)[0]
+                            for m, w in zip(moved.T, np.sqrt(weight).T)]).T
+    return factors[1, 1] / factors[0, 0]
+
+
+def twin(seed, duration, angles):
+    """What encoders and a tracker read of a base whose wheels begin at these angles (rad), by columns of identify_tables."""
+    draw, base, command, rows = np.random.default_rng(seed), Base(wheel_radius=DRIVER_RADIUS), 0.1, []
+    simulation = Simulation({"duration": duration + 1, "robot": {"profile": "measured"}, "motors": {"quantized": True},
+                             "initial": {"wheel_angles": angles.tolist()}, "solver": {
+                                 **GUESS["solver"], "control_period": 1e-3}})
+    simulation.set_points("velocity", np.zeros(4))
+    for t in np.arange(round(duration / INTERVAL) + 1) * INTERVAL:
+        state = simulation.state
+        effort = np.rint((simulation.torque + EFFORT_NOISE * draw.normal(size=4)) / MILLIAMPERE) * MILLIAMPERE
+        pose = np.array([state[name] for name in POSE[:3]]) + POSE_NOISE * draw.normal(size=3)
+        rows.append((t, *np.floor(state["phi"] / TICK) * TICK, *np.rint(state["dphi"] / RPM) * RPM, *effort, *pose))
+        if t >= command:
+            simulation.set_points("velocity", base.rolling_rates(*SPEEDS * draw.uniform(-1, 1, 3)))
+            command = t + draw.uniform(2, 5)
+        simulation.step(periods=round(INTERVAL / 1e-3))
+    return dict(zip(("t", *(f"{what}_{wheel}" for what in ("phi", "dphi", "torque") for wheel in WHEELS), *POSE[:3]),
+                    np.transpose(rows)))
+
+
+def twin_errors(seed, folder, fitter, follower):
+    """Errors after SPAN (n, 3), m, m, rad, and share of a core, by odometry."""
+    angles, paths = np.random.default_rng(seed).uniform(0, math.tau, 4), {}
+    drives = {name: twin(2 * seed + k, duration, angles) for k, (name, duration) in enumerate(
+        (("trained", TRAINED), ("tried", TRIED)))}
+    for name, drive in drives.items():
+        np.savetxt(folder / f"{name}.csv", np.transpose(list(drive.values())), "%.12g", ",", header=",".join(drive), comments="")
+    guess, known, unknown = (folder / f"{name}.yaml" for name in ("guess", "known", "unknown"))
+    guess.write_text(yaml.safe_dump(GUESS))
+    for scene, options in (known, []), (unknown, ["--unknown-angles"]):
+        run_quietly([fitter, folder / "trained.csv", "--encoders", "--scene", guess, "-o", scene, "--quiet", *options])
+    at_zero = np.array(yaml.safe_load(known.read_text())["initial"]["wheel_angles"]) - [
+        drives["trained"][name][0] for name in wheel_columns()]
+    kinematics, driver = Bases(6, folder), Bases(6, folder)
+    driver.base = Base(wheel_radius=DRIVER_RADIUS)
+    true, length = displacements(drives["tried"], round(SPAN / INTERVAL)), round(SPAN / INTERVAL)
+    factors = kinematics.fitted_factors(drives["trained"], round(2 / INTERVAL))
+    paths["the driver's odometry"] = driver.by_kinematics(drives["tried"], np.ones(3)), 0
+    paths["kinematics: radius, track and lateral factor fitted"] = kinematics.by_kinematics(drives["tried"], factors), 0
+    for name, scene, *options in (
+            ("parameters 10 % off, unknown angles", guess, "rates", "none"),
+            ("fitted for unknown angles", unknown, "rates", "none"),
+            ("fitted with angles, which efforts then tell", known, "rates", "efforts"),
+            ("fitted with angles, without velocities", known, "angles", "none", *at_zero),
+            ("fitted with angles", known, "rates", "none", *at_zero)):
+        lines = subprocess.run([follower, scene, folder / "tried.csv", *map(str, options)], check=True, text=True,
+                               stdout=subprocess.PIPE).stdout.splitlines()
+        poses = np.array([line.split() for line in lines[:-1]], float).T
+        paths["slip odometry, " + name] = dict(zip(POSE[:3], poses)), float(lines[-1]) / TRIED
+    return {name: (displacements(path, length) - true, share) for name, (path, share) in paths.items()}
+
+
+def twin_table(seeds, folder, fitter, follower):
+    bases = [twin_errors(seed, folder, fitter, follower) for seed in seeds]
+    rows = []
+    for name in bases[0]:
+        off = 1e3 * np.concatenate([base[name][0] for base in bases])
+        size = np.sqrt((off**2).mean(axis=0) @ [[1, 0], [1, 0], [0, 1]])
+        rows.append([name, *(f"{value:.1f}" for value in size), f"{100 * np.mean([base[name][1] for base in bases]):.2f}"])
+    return table(["odometry", f"off after {SPAN} s, mm", "mrad", "of a core, %"], rows)

@@ -1,5 +1,5 @@
 // A scene from rest by the Open Dynamics Engine, with a body for each roller, beside this package: error against run
-// time. See scripts/study rigid_bodies.
+// time; then mean velocities of other bases by both. See scripts/study rigid_bodies.
 
 #include <fmt/format.h>
 #include <ode/ode.h>
@@ -71,6 +71,14 @@ class World {
     dVector3 O;
     dBodyGetRelPointPos(platform_, -robot_.a_X, -robot_.a_Y, 0, O);
     return {O[0], O[1]};
+  }
+
+  /// V_X, V_Y, Omega.
+  Eigen::Vector3d velocity() const {
+    dVector3 O, own;
+    dBodyGetRelPointVel(platform_, -robot_.a_X, -robot_.a_Y, 0, O);
+    dBodyVectorFromWorld(platform_, O[0], O[1], O[2], own);
+    return {own[0], own[1], dBodyGetAngularVel(platform_)[2]};
   }
 
  private:
@@ -159,10 +167,38 @@ Path simulated(Scene scene, double tolerance) {
   });
 }
 
+/// Mean velocities of a base with viscous bearings alone, under constant torques to the left and in yaw, from 3 to 6 s
+/// after it stood.
+void compare_velocities(const char* path) {
+  Scene scene = load_scene(path, {}, SceneUse::kCommands);
+  RobotParameters& robot = scene.robot;
+  robot.dry_friction.setZero();
+  robot.roller_dry_friction.setZero();
+  scene.motors.reset();
+  const double lever = robot.R / (robot.R - robot.R_d), resistance = robot.mu_1[0] + 2 * lever * lever * robot.mu_2[0];
+  const Wheels torque = resistance * Wheels(-3, 3, 1, -1);  // N m: about 3 and 1 rad/s
+  Simulation simulation(scene);
+  simulation.set_torque(torque);
+  World world(scene);
+  constexpr int kSteps = 6000;
+  constexpr double kStep = 1e-3;  // s
+  Eigen::Vector3d ours = Eigen::Vector3d::Zero(), theirs = ours;
+  for (int k = 1; k <= kSteps; ++k) {
+    simulation.advance_to(k * kStep);
+    world.step(torque, kStep, false);
+    if (2 * k <= kSteps) continue;
+    const State& x = simulation.state();
+    ours += 2.0 / kSteps * Eigen::Vector3d(x.V_X(), x.V_Y(), x.Omega());
+    theirs += 2.0 / kSteps * world.velocity();
+  }
+  fmt::print("| {} | {:.4f}, {:.4f} | {:.4f}, {:.4f} | {:+.2f}, {:+.2f} |\n", path, ours[1], ours[2], theirs[1],
+             theirs[2], 100 * (theirs[1] / ours[1] - 1), 100 * (theirs[2] / ours[2] - 1));
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
-  if (argc != 2) return 2;
+  if (argc < 2) return 2;
   dInitODE();
   const Scene scene = load_scene(argv[1], {{"initial.pose", "[0, 0, 0]"}, {"initial.twist", "[0, 0, 0]"}});
   const Wheels torque = Simulation(scene).torque();
@@ -180,4 +216,6 @@ int main(int argc, char** argv) {
       path.report(fmt::format("ODE, {} solver, steps of {:g} ms", quick ? "iterative" : "direct", 1e3 * h), reference);
     }
   }
+  fmt::print("\n| base | V_Y (m/s), Omega (rad/s) | by ODE | off by, % |\n|---|---|---|---|\n");
+  for (int k = 2; k < argc; ++k) compare_velocities(argv[k]);
 }
