@@ -15,6 +15,7 @@ def run_quietly(command):
     done = subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
     if done.returncode != 0:
         raise Failed(f"{shlex.join(map(str, command))} failed\n{done.stdout}")
+    return done.stdout
 
 
 def build(*targets, packages=(), ros=False):

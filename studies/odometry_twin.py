@@ -2,7 +2,6 @@
 kinematics and slip_odometry. Each is fitted to one drive of two minutes and tried on another of ten. Takes some minutes of
 processor time a base; installs and builds what it needs.
 """
-import subprocess
 import tempfile
 from pathlib import Path
 

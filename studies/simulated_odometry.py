@@ -1,6 +1,5 @@
 """Errors of odometry by kinematics and by slip on simulated drives of bases with other numbers of rollers, and along bags."""
 import math
-import subprocess
 from dataclasses import replace
 from pathlib import Path
 
@@ -164,8 +163,8 @@ def twin(seed, duration, angles):
 
 
 def twin_errors(seed, folder, fitter, follower):
-    """Errors after SPAN (n, 3), m, m, rad, and share of a core, by odometry."""
-    angles, paths = np.random.default_rng(seed).uniform(0, math.tau, 4), {}
+    """By odometry: errors over windows of SPAN (n, 3), m, m, rad; covariances (n, 3, 3), none of kinematics."""
+    angles, found, wheel_error = np.random.default_rng(seed).uniform(0, math.tau, 4), {}, {}
     drives = {name: twin(2 * seed + k, duration, angles) for k, (name, duration) in enumerate(
         (("trained", TRAINED), ("tried", TRIED)))}
     for name, drive in drives.items():
@@ -173,33 +172,34 @@ def twin_errors(seed, folder, fitter, follower):
     guess, known, unknown = (folder / f"{name}.yaml" for name in ("guess", "known", "unknown"))
     guess.write_text(yaml.safe_dump(GUESS))
     for scene, options in (known, []), (unknown, ["--unknown-angles"]):
-        run_quietly([fitter, folder / "trained.csv", "--encoders", "--scene", guess, "-o", scene, "--quiet", *options])
+        text = run_quietly([fitter, folder / "trained.csv", "--encoders", "--scene", guess, "-o", scene, *options])
+        wheel_error[scene] = text.split("~wheel_error: ")[1].split()[0]
     at_zero = np.array(yaml.safe_load(known.read_text())["initial"]["wheel_angles"]) - [
         drives["trained"][name][0] for name in wheel_columns()]
-    kinematics, driver = Bases(6, folder), Bases(6, folder)
-    driver.base = Base(wheel_radius=DRIVER_RADIUS)
-    true, length = displacements(drives["tried"], round(SPAN / INTERVAL)), round(SPAN / INTERVAL)
-    factors = kinematics.fitted_factors(drives["trained"], round(2 / INTERVAL))
-    paths["the driver's odometry"] = driver.by_kinematics(drives["tried"], np.ones(3)), 0
-    paths["kinematics: radius, track and lateral factor fitted"] = kinematics.by_kinematics(drives["tried"], factors), 0
+    bases, length = Bases(6, folder), round(SPAN / INTERVAL)
+    true = displacements(drives["tried"], length)[::2]
+    for name, factors in (("the driver's odometry", np.full(3, DRIVER_RADIUS / bases.base.wheel_radius)),
+                          ("kinematics: radius, track and lateral factor fitted",
+                           bases.fitted_factors(drives["trained"], round(2 / INTERVAL)))):
+        moved = displacements(bases.by_kinematics(drives["tried"], factors), length)[::2]
+        found[name] = moved - true, np.empty((0, 3, 3))
     for name, scene, *options in (
-            ("parameters 10 % off, unknown angles", guess, "rates", "none"),
-            ("fitted for unknown angles", unknown, "rates", "none"),
-            ("fitted with angles, which efforts then tell", known, "rates", "efforts"),
-            ("fitted with angles, without velocities", known, "angles", "none", *at_zero),
-            ("fitted with angles", known, "rates", "none", *at_zero)):
-        lines = subprocess.run([follower, scene, folder / "tried.csv", *map(str, options)], check=True, text=True,
-                               stdout=subprocess.PIPE).stdout.splitlines()
-        poses = np.array([line.split() for line in lines[:-1]], float).T
-        paths["slip odometry, " + name] = dict(zip(POSE[:3], poses)), float(lines[-1]) / TRIED
-    return {name: (displacements(path, length) - true, share) for name, (path, share) in paths.items()}
+            ("parameters 10 % off, unknown angles", guess, "none"),
+            ("fitted for unknown angles", unknown, "none"),
+            ("fitted with angles, which efforts then tell", known, "efforts"),
+            ("fitted with angles", known, "none", *at_zero)):
+        options[1:1] = length, wheel_error.get(scene, 0)
+        rows = np.loadtxt(run_quietly([follower, scene, folder / "tried.csv", *map(str, options)]).splitlines())
+        found["slip odometry, " + name] = rows[:, :3] - true, rows[:, 3:].reshape(-1, 3, 3)
+    return found
 
 
 def twin_table(seeds, folder, fitter, follower):
     bases = [twin_errors(seed, folder, fitter, follower) for seed in seeds]
     rows = []
     for name in bases[0]:
-        off = 1e3 * np.concatenate([base[name][0] for base in bases])
-        size = np.sqrt((off**2).mean(axis=0) @ [[1, 0], [1, 0], [0, 1]])
-        rows.append([name, *(f"{value:.1f}" for value in size), f"{100 * np.mean([base[name][1] for base in bases]):.2f}"])
-    return table(["odometry", f"off after {SPAN} s, mm", "mrad", "of a core, %"], rows)
+        off, covariance = (np.concatenate([base[name][k] for base in bases]) for k in (0, 1))
+        size = 1e3 * np.sqrt((off**2).mean(axis=0) @ [[1, 0], [1, 0], [0, 1]])
+        squared = np.mean([x @ np.linalg.solve(P, x) for x, P in zip(off, covariance)]) if len(covariance) else math.nan
+        rows.append([name, *(f"{value:.1f}" for value in size), f"{squared:.2g}"])
+    return table(["odometry", f"off after {SPAN} s, mm", "mrad", "squared over its covariance"], rows)

@@ -157,6 +157,9 @@ class EncoderComparison : public Comparison {
   /// The held-out error of rows that are off by so much.
   double error_of(const Eigen::VectorXd& off) const { return held_out_error(errors(off)); }
 
+  /// The relative error of wheels' paths, WheelOdometry's, that leads as far off in kLong windows.
+  double wheel_error(const Candidate& candidate) const;
+
   /// Finds the angles, one wheel after the other.
   void search_angles(Candidate& candidate) const;
 
@@ -350,6 +353,32 @@ Eigen::VectorXd EncoderComparison::uncorrelated(Eigen::VectorXd off, double limi
   return off;
 }
 
+double EncoderComparison::wheel_error(const Candidate& candidate) const {
+  const Eigen::VectorXd off = this->off({candidate}).col(0);
+  Eigen::Vector3d squares = Eigen::Vector3d::Zero();  // m^2, m^2, rad^2
+  double turns = 0;                                   // of the wheels, where the error is one, rad^2
+  Eigen::Index row = 0;
+  for (std::size_t r = 0; r < records_.size(); ++r) {
+    const auto phi = [&](int window) {
+      return interpolated(records_[r].t, records_[r].phi, candidate.clocks[r].encoders(end_of(window)));
+    };
+    const std::vector<int>& windows = tracks_[r].windows;
+    for (std::size_t k = 0; k + kLong <= windows.size(); k += kLong, row += 3 * kLong) {
+      Wheels moved = Wheels::Zero();
+      for (std::size_t i = k; i < k + kLong; ++i) {
+        const Wheels one = phi(windows[i]) - phi(windows[i] - 1);
+        moved += one;
+        turns += 2 * M_PI * sum(one.abs());
+      }
+      turns += sum(moved.square());
+      squares += off.segment<3 * kLong>(row).reshaped(3, kLong).rowwise().sum().cwiseAbs2();
+    }
+    row += 3 * static_cast<Eigen::Index>(windows.size() % kLong);
+  }
+  const auto J = DriverKinematics::of(candidate.scene.robot).jacobian();
+  return std::sqrt(kWheels * squares.cwiseQuotient(J.rowwise().squaredNorm()).mean() / std::max(turns, 1e-9));
+}
+
 void EncoderComparison::check(const Candidate& candidate) {
   const double lever = Rolling(candidate.scene.robot).lever();
   const Eigen::VectorXd moved = uncorrelated(truth()), off = uncorrelated(off_by_kinematics(candidate));
@@ -461,6 +490,7 @@ EncoderFit fit_encoders(const Scene& start, const std::vector<DriveRecord>& reco
   fit.error_before = comparison.error_of(comparison.off({unfitted}).col(0));
   fit.error_kinematics = comparison.error_of(comparison.off_by_kinematics(trial.candidate));
   fit.error_unknown = comparison.error_of(comparison.off({unknown}).col(0));
+  fit.wheel_error = comparison.wheel_error(trial.candidate);
   settings.progress(1);
   return fit;
 }

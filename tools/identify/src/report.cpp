@@ -135,9 +135,9 @@ std::string report(const Scene& start, const std::vector<DriveRecord>& records, 
   }
   text += fmt::format(
       "error on stretches that were held out (1: the usual one): {:.3g} before, {:.3g} by fitted kinematics, {:.3g} "
-      "where angles are unknown, {:.3g} after\n",
-      fit.error_before, fit.error_kinematics, fit.error_unknown, fit.error_after);
-  if (fit.error_unknown < fit.error_after) text += "wheel angles do not lower it: fit with --unknown-angles\n";
+      "where angles are unknown, {:.3g} after\nerror of a wheel's path, slip_odometry's ~wheel_error: {:.2g}\n",
+      fit.error_before, fit.error_kinematics, fit.error_unknown, fit.error_after, fit.wheel_error);
+  if (fit.error_unknown < fit.error_after) text += "wheel angles do not lower the error: fit with --unknown-angles\n";
   return text;
 }
 

@@ -71,6 +71,7 @@ TEST(EncoderTwinTest, IsFoundAgain) {
   }
   EXPECT_LT(fit.error_after, 0.5 * fit.error_kinematics);
   EXPECT_LT(fit.error_after, 0.7 * fit.error_unknown);
+  EXPECT_TRUE(fit.wheel_error > 2e-4 && fit.wheel_error < 1.5e-3) << fit.wheel_error;
 
   EXPECT_EQ(report(measured_base(), records, fit).find("--unknown-angles"), std::string::npos);
   std::swap(fit.error_after, fit.error_unknown);
@@ -83,6 +84,7 @@ TEST(EncoderTwinTest, WithoutAnglesFitsTheMean) {
   EXPECT_EQ(fit.error_after, fit.error_unknown);
   EXPECT_LT(fit.error_after, fit.error_kinematics);
   EXPECT_NEAR(fit.best.scene.robot.R, 0.0508, 3e-4);
+  EXPECT_TRUE(fit.wheel_error > 3e-3 && fit.wheel_error < 1e-2) << fit.wheel_error;
 }
 
 // A tracker of little worth: noise of 3 mm and 10 mrad, and headings that jump by up to 0.3 rad, a tenth of the time.

@@ -18,8 +18,9 @@ constexpr double kMemory = 1;           // s, over which efforts are compared, a
 constexpr double kInconsistent = 0.05;  // m/s of the rims that no motion of the base explains
 constexpr double kShareInconsistent = 0.3;  // and of the largest
 constexpr double kMinInterval = 1e-3;       // s: of less, stamps are not exact enough for a rate
-constexpr double kUnknownError = 0.015;  // ~wheel_error of unknown angles; this and smaller ones by slip_odometry_test
-constexpr double kMaxSimulated = 2;      // s, of one reading: after a longer way the base is taken to roll
+// Of a wheel's path, where no fit tells: a base that none was made for, and one whose angles one has found.
+constexpr double kGuessedError = 0.012, kFittedError = 0.005;
+constexpr double kMaxSimulated = 2;  // s, of one reading: after a longer way the base is taken to roll
 
 /// The rates at the end of an interval (s) of mean rates `now`, between `before` and `next`: weighted essentially
 /// non-oscillatory, so that a command's jump does not show before it comes (Liu, Osher and Chan 1994).
@@ -112,15 +113,14 @@ SlipOdometry::SlipOdometry(const Scene& scene, const Settings& settings)
     : scene_(scene),
       settings_(settings),
       kinematics_(DriverKinematics::of(scene.robot)),
-      uncertainty_(kinematics_, Wheels::Zero(), settings.wheel_error.value_or(kUnknownError)) {
+      uncertainty_(kinematics_, Wheels::Zero(),
+                   settings.wheel_error.value_or(settings.angles_at_zero ? kFittedError : kGuessedError)) {
   if (!slips(scene.model)) throw std::invalid_argument("model no_slip has no slip: plain odometry is the same");
 }
 
 /// One of known phases; the candidates of those that efforts may tell; some of others, whose wheels follow softly.
 void SlipOdometry::make_replicas(bool known, bool efforts) {
   const int rollers = scene_.robot.rollers;
-  const double error = settings_.angles_at_zero ? 0.005 : efforts ? 0.012 : kUnknownError;
-  uncertainty_ = WheelOdometry(kinematics_, followed_ + latest_->moved, settings_.wheel_error.value_or(error));
   if (efforts) search_.emplace(rollers);
   replicas_.clear();
   simulated_ = known ? 1 : efforts ? PhaseSearch::kCandidates : std::max(1, settings_.replicas);
@@ -148,6 +148,7 @@ void SlipOdometry::update(double t, const Wheels& phi, const std::optional<Wheel
   if (dt < kMinInterval) return check_time(phi - last_->phi);
   const Wheels moved = checked(phi - last_->phi, dt);
   last_ = {t, phi};
+  doubtful_way_ *= std::exp(-dt / kMemory);
   Interval interval = interval_of(moved, dt);
   if (doubt_.empty()) {  // neither a gap nor a jump
     if (torque && torque->allFinite()) interval.torque = torque;
@@ -311,11 +312,14 @@ void SlipOdometry::check_torque(const Wheels& torque, const Wheels& expected, co
       fastest(interval.rate), interval.length);
 }
 
-/// Notes the reason, and that the base may be faster or slower by `speed` (m/s) for `dt` (s).
+/// Notes the reason, and that the base may be faster or slower by `speed` (m/s) for `dt` (s): a Gauss-Markov process
+/// with time constant kMemory. A short doubt is a step of speed dt, a long one a walk.
 void SlipOdometry::doubt(const std::string& reason, double speed, double dt) {
   if (doubt_.empty()) doubt_ = reason;
   doubtful_speed_ = std::max(doubtful_speed_, speed);
-  doubtful_variance_ += speed * speed * dt * kMemory;
+  const double way = speed * kMemory * (1 - std::exp(-dt / kMemory));
+  doubtful_variance_ += 2 * (doubtful_way_ * way + speed * kMemory * (speed * dt - way));
+  doubtful_way_ += way;
 }
 
 void SlipOdometry::reset() {
@@ -323,7 +327,7 @@ void SlipOdometry::reset() {
   pose_ = -turned(ahead, -ahead[2]);
   for (const auto& replica : replicas_) replica->reset();
   uncertainty_.reset(latest_ ? Wheels(followed_ + latest_->moved) : followed_);
-  doubtful_variance_ = 0;
+  doubtful_variance_ = doubtful_way_ = 0;
 }
 
 /// Since the reading before the last, whose interval waits to be simulated: as wheels roll, and slip as before.

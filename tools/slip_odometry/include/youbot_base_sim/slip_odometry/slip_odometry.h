@@ -24,7 +24,7 @@ namespace YOUBOT_BASE_SIM_EXPORT youbot_base_sim {
 class SlipOdometry {
  public:
   struct Settings {
-    std::optional<double> wheel_error;     ///< relative, of a wheel's path: WheelOdometry's; empty: docs/estimation.md
+    std::optional<double> wheel_error;     ///< relative, of a wheel's path: WheelOdometry's; identify finds it
     double max_gap = 0.5;                  ///< s: over a longer one the wheels are taken to turn within so long
     double max_rate = 30;                  ///< rad/s: an encoder that is faster has jumped
     double max_effort_error = 1;           ///< N m, of means over a second; infinite: efforts do not count
@@ -123,6 +123,7 @@ class SlipOdometry {
   Wheels effort_time_ = Wheels::Zero();   // in which expected torques were large, s
   Wheels effort_error_ = Wheels::Zero();  // mean over about a second, N m
   double doubtful_variance_ = 0;          // of the position, m^2
+  double doubtful_way_ = 0;               // how far it lies the way that the present doubtful speed goes, m
   double doubtful_speed_ = 0;             // m/s
   std::string doubt_;
 };
