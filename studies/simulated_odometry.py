@@ -195,11 +195,10 @@ def twin_errors(seed, folder, fitter, follower):
 
 
 def twin_table(seeds, folder, fitter, follower):
-    bases = [twin_errors(seed, folder, fitter, follower) for seed in seeds]
-    rows = []
+    bases, rows = [twin_errors(seed, folder, fitter, follower) for seed in seeds], []
     for name in bases[0]:
         off, covariance = (np.concatenate([base[name][k] for base in bases]) for k in (0, 1))
         size = 1e3 * np.sqrt((off**2).mean(axis=0) @ [[1, 0], [1, 0], [0, 1]])
-        squared = np.mean([x @ np.linalg.solve(P, x) for x, P in zip(off, covariance)]) if len(covariance) else math.nan
-        rows.append([name, *(f"{value:.1f}" for value in size), f"{squared:.2g}"])
+        squared = [x @ np.linalg.solve(P, x) for x, P in zip(off, covariance)]
+        rows.append([name, *(f"{value:.1f}" for value in size), f"{np.mean(squared):.2g}" if squared else ""])
     return table(["odometry", f"off after {SPAN} s, mm", "mrad", "squared over its covariance"], rows)

@@ -35,7 +35,7 @@ constexpr char kHelp[] =
     "  ~ticks_per_turn  0: positions in rad; else encoder ticks of a turn\n"
     "  ~angles_at_zero  list of the wheels' angles where positions are 0, rad; without it they are searched\n"
     "  ~replicas        4, 1 to 100: simulations where neither these nor efforts are known\n"
-    "  ~wheel_error     relative error of a wheel's path; left out: 0.015, 0.012 with efforts, 0.005 with angles\n"
+    "  ~wheel_error     relative error of a wheel's path, which identify prints; left out: 0.012, 0.005 with angles\n"
     "  ~max_gap         0.5 s; ~max_wheel_rate: 30 rad/s; ~max_effort_error: 1 N m; beyond, a reading is doubtful\n"
     "  ~odom_frame      odom; ~base_frame: base_footprint; ~publish_tf: false\n"
     "Service ~reset sets the pose to zero. Doubts are in /diagnostics. docs/estimation.md says more.\n";
