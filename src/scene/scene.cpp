@@ -121,8 +121,8 @@ void check_kinematics(const RobotParameters& robot, const SceneValue& roller_ang
   if (lever >= kLeastLever) return;
   roller_angle.refuse(
       fmt::format("such that the wheels' rates decide V_X, V_Y and Omega: |half_track + half_wheelbase "
-                  "tan(roller_angle)|, where all angles are alike, must be {:g} m, and is {:.3g} m",
-                  kLeastLever, lever));
+                  "tan(roller_angle)|, where all angles are alike, must be at least {:g} m, and is {:.3g} m",
+                  kLeastLever, std::max(0.0, lever)));
 }
 
 /// Says what must be if a wheel would leave the floor at rest; else empty.

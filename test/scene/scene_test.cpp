@@ -180,7 +180,8 @@ TEST_F(SceneTest, RefusesInOneLineThatNamesKeyValueAndWhatIsAllowed) {
   expect_refused(d + "robot: {roller_angle: [45, 45, 0, 45]}", "robot.roller_angle", "45, 45, 0, 45", "neither 0 nor");
   // A square base in O-configuration does not turn; nor do two wheels of the wrong hand tell V_X from V_Y.
   expect_refused(d + "robot: {roller_angle: -45, half_track: 0.2345}", "robot.roller_angle", "-45",
-                 "0.001 m, and is 0.0005");
+                 "at least 0.001 m, and is 0.0005");
+  expect_refused(d + "robot: {roller_angle: -45, half_track: 0.235}", "robot.roller_angle", "-45", "and is 0 m");
   expect_refused(d + "robot: {roller_angle: [-45, 45, 45, -45]}", "robot.roller_angle", "-45, 45, 45, -45", "V_X, V_Y");
   expect_refused(d + "robot: {com: [0.4, 0]}", "robot.com", "[0.4, 0]", "presses on the floor");
   expect_refused(d + "robot: {total_inertia: 0.001}", "robot.total_inertia", "0.001", "more than");
