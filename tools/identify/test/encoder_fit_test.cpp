@@ -72,7 +72,6 @@ TEST(EncoderTwinTest, IsFoundAgain) {
   EXPECT_LT(fit.error_after, 0.5 * fit.error_kinematics);
   EXPECT_LT(fit.error_after, 0.7 * fit.error_unknown);
   EXPECT_TRUE(fit.wheel_error > 2e-4 && fit.wheel_error < 1.5e-3) << fit.wheel_error;
-
   EXPECT_EQ(report(measured_base(), records, fit).find("--unknown-angles"), std::string::npos);
   std::swap(fit.error_after, fit.error_unknown);
   EXPECT_NE(report(measured_base(), records, fit).find("--unknown-angles"), std::string::npos);
