@@ -1,6 +1,5 @@
-"""Errors of odometry by kinematics and by slip on simulated drives of bases with other numbers of rollers, and along bags."""
+"""Errors of odometry by kinematics and by slip on simulated drives of bases with other numbers of rollers, and of twins."""
 import math
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -8,7 +7,6 @@ import yaml
 
 from youbot_base_sim._simulator import Simulation, run
 from youbot_base_sim.base import DRIVER_RADIUS, WHEELS, Base
-from youbot_base_sim.reading import read
 from youbot_base_sim.records import POSE
 from .builds import run_quietly
 from .odometry_models import least_squares
@@ -102,44 +100,6 @@ def errors(rollers, folder):
             errors_of.append(moved - displacements(rows, length))
     return [1e3 * np.sqrt((np.concatenate(e)[:, axes]**2).sum(axis=1).mean()) for e in found
             for axes in (slice(0, 2), slice(2, 3))]
-
-
-def smooth(values):
-    """Rows of RATE over a quarter of a second."""
-    weight = np.hanning(RATE // 4 + 2)
-    padded = np.pad(values, ((len(weight) // 2, (len(weight) - 1) // 2), (0, 0)), mode="edge")
-    return np.array([np.convolve(column, weight / weight.sum(), "valid") for column in padded.T]).T
-
-
-def lateral_ways(path, base, arguments, folder):
-    """k_Y/k_X in a bag, its standard error over tenths of it, and that of arguments.scene along the bag's wheels."""
-    record = read(path, base, arguments, True)[1]
-    joints, poses = record.need("joint_states", "position"), record.poses.known(*POSE[:3])
-    t = np.arange(int((joints.t[-1] - 1) * RATE)) / RATE
-    angles = smooth(np.array([np.interp(t, joints.t, column) for column in joints["position"].T]).T)
-    truth = {name: np.interp(t, poses.t, np.unwrap(poses[name]) if name == "psi" else poses[name]) for name in POSE[:3]}
-    bases, length = Bases(base.rollers_per_wheel, folder), 2 * RATE
-    bases.base = replace(base, roller_angle=45)  # as k_Y/k_X is counted
-    rolled = displacements(bases.by_kinematics(dict(zip(wheel_columns(), angles.T)), np.ones(3)), length)
-    np.savetxt(bases.table, np.column_stack([t, angles]), "%.12g", ",", header=",".join(("t", *WHEELS)), comments="")
-    simulated = np.mean([displacements(run(arguments.scene, {
-        "duration": float(t[-1]), "output_rate": RATE, "drive": {"wheel_angle_table": str(bases.table)},
-        "initial.wheel_angles": (angles[0] + share * bases.pitch).tolist()}), length) for share in REPLICAS], axis=0)
-    true = displacements(truth, length)
-    without = [ratio(np.delete(true, tenth, 0), np.delete(rolled, tenth, 0))
-               for tenth in np.array_split(np.arange(len(true)), 10)]
-    return ratio(true, rolled), 3 * np.std(without), ratio(simulated, rolled)
-
-
-def ratio(moved, rolled):
-    """Lateral over forward factor of displacements to those of wheels that roll, by robust least squares."""
-    factors = np.eye(3)
-    for _ in range(20):
-        off = np.abs(moved - rolled @ factors)
-        weight = 1 / np.maximum(1, off / (2 * np.median(off, axis=0)))
-        factors = np.array([np.linalg.lstsq(rolled * w[:, None], m * w, rcond=None)[0]
-                            for m, w in zip(moved.T, np.sqrt(weight).T)]).T
-    return factors[1, 1] / factors[0, 0]
 
 
 def twin(seed, duration, angles):
