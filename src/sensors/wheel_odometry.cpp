@@ -18,7 +18,7 @@ WheelOdometry::WheelOdometry(const DriverKinematics& kinematics, const Wheels& p
 void WheelOdometry::update(const Wheels& phi) {
   const Wheels rolled = phi - phi_;
   phi_ = phi;
-  const Eigen::Vector3d moved = kinematics_.velocity(rolled);
+  const Eigen::Vector3d moved = rolling_.velocity(rolled);
   pose_[2] += moved[2];
   if (wheel_error_ > 0) update_covariance(rolled, moved);
   pose_ += turned({moved[0], moved[1], 0}, pose_[2]);

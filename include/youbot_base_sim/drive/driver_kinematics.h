@@ -34,8 +34,7 @@ struct DriverKinematics {
 
   /// The matrix of `velocity`: its rows are V_X, V_Y and Omega, its columns the wheels.
   Jacobian jacobian() const;
-
- private:
+  /// The same for many velocities.
   Rolling rolling() const;
 };
 

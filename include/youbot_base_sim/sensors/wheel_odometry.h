@@ -50,6 +50,7 @@ class WheelOdometry {
   void update_covariance(const Wheels& rolled, const Eigen::Vector3d& moved);
 
   DriverKinematics kinematics_;
+  Rolling rolling_ = kinematics_.rolling();
   double wheel_error_;
   double tick_, rpm_;  // rad, rad/s
   Wheels phi_;
