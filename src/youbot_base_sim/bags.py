@@ -80,7 +80,7 @@ class Bag:
         if not self.counts:
             raise Refused(f"{shown(path)} has no messages{' that can be read' if self.problem else ''}")
         self._check_chosen(connections)
-        self.notes, self._shifts, self._steady = [], {}, set()
+        self.notes, self._shifts, self._steady, self._disordered = [], {}, set(), set()
         self._at_arrival = self._at_stamp = self.seconds
         self._choose_clock({topic: np.frombuffer(both).reshape(-1, 3) for topic, both in stamped.items()})
 
@@ -124,15 +124,15 @@ class Bag:
         order = np.lexsort((arrival, source))
         is_back = (np.diff(stamp[order]) < 0) & (np.diff(source[order]) == 0)
         if np.mean(is_back) > 1 - MIN_NEAR and absolute(topic) not in self.offsets:
+            self._disordered.add(topic)
             self._shifts[topic] = math.nan
             self.notes.append(f"stamps of {shown(topic)} go back {np.sum(is_back)} times: times are those of arrival")
             return
-        late = stamp - arrival
-        apart = np.median(late)
-        is_steady = np.mean(np.abs(late - apart) < NAMED_APART) > MIN_NEAR
-        if is_steady and len(late) >= FEWEST:
+        apart = np.median(stamp - arrival)
+        is_steady = np.mean(np.abs(stamp - arrival - apart) < NAMED_APART) > MIN_NEAR
+        if is_steady and len(stamp) >= FEWEST:
             self._steady.add(topic)
-        if len(late) < FEWEST or abs(apart) < NAMED_APART or absolute(topic) in self.offsets:
+        if len(stamp) < FEWEST or abs(apart) < NAMED_APART or absolute(topic) in self.offsets:
             return
         how = f" (is its clock off? --clock-offset {shown(topic)}={-apart:.3g})"
         if abs(apart) > MAX_CLOCKS_APART:
@@ -184,7 +184,7 @@ class Bag:
             topic, stamp, t = connection.topic, stamp_of(message), self.time_of(message, arrival, connection.topic)
             if topic in topics:
                 follow((topic,), self.seconds(arrival))
-                if stamp and t == t and self._shifts.get(topic, 0) == 0:  # goes back where a bag was played in a loop
+                if stamp and t == t and topic not in self._disordered:  # goes back where a bag was played in a loop
                     follow((*connection, *getattr(message, "name", ())), self.seconds(stamp))
             yield t, connection, message
 

@@ -374,15 +374,15 @@ class AnalyseTest(RunsPrograms):
         self.assertNotIn("elsewhere", self.out)
 
     def test_two_runs_in_one_bag_are_refused(self):
-        def twice(name, stamps_later, later):
+        def twice(name, stamps_later, later, odom_by=None):
             with rosbag.Bag(self.slipping) as bag, rosbag.Bag(self.path(name), "w") as two:
                 for run in range(2):
                     for topic, message, t in bag.read_messages(["/odom", "/ground_truth"]):
-                        message.header.stamp += genpy.Duration(run * stamps_later)
+                        message.header.stamp += genpy.Duration(topic == "/odom" and odom_by or run * stamps_later)
                         two.write(topic, message, t + genpy.Duration(run * later))
             return self.path(name)
-        # The clock was set back; the bag was played in a loop while it was recorded anew.
-        for bag, first in ((twice("reset.bag", 0.003, 0.003), "0.003"), (twice("loop.bag", 0, 10), "0.000")):
+        for bag, first in ((twice("clock_set_back.bag", 0.003, 0.003), "0.003"), (twice("loop.bag", 0, 10), "0.000"),
+                           (twice("loop_beside_live_truth.bag", 30, 30, odom_by=60), "60.000")):
             self.analyse(bag, status=2)
             self.assertRegex(self.err, rf"go back from t = \d+\.\d+ s to {first} s: must be one run")
 
