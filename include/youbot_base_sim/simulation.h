@@ -44,6 +44,7 @@ struct Events {
   std::vector<RollerSwitch> switches;
   std::vector<LoadChange> load_changes;
   std::vector<StateChange> state_changes;
+  bool any() const { return !switches.empty() || !load_changes.empty() || !state_changes.empty(); }
 };
 
 class PrescribedWheels;

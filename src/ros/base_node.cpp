@@ -301,12 +301,12 @@ class BaseNode final : private TimedLoop {
                TippedOver(*tipping_logged_, record->tipped).what() + std::string("; the simulation goes on"));
   }
 
-  /// Publishes and records what is due now: the switches up to now, and at an instant of publishing the rest.
+  /// Publishes and records what is due now: the events up to now, and at an instant of publishing the rest.
   void publish_instant() {
     const bool is_due = loop_.meet_instant();
     if (is_due) loop_.require_finite();
     const Events events = loop_.take_events();
-    clock_->begin_publishing(is_due, !events.switches.empty());
+    clock_->begin_publishing(is_due, events.any());
     record(events, is_due);
     telemetry_.visit(
         events, [this](double t) { return clock_->stamp(t); },

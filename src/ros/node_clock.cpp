@@ -148,8 +148,8 @@ class OwnClock : public NodeClock {
   }
 
   // A clock without pace publishes where it matters: each control period would cost more than the simulation itself.
-  void begin_publishing(bool is_due, bool switched) override {
-    if (factor_ > 0 || is_due || switched) announce();
+  void begin_publishing(bool is_due, bool happened) override {
+    if (factor_ > 0 || is_due || happened) announce();
   }
   ros::Time stamp(double t) const override { return stamp_of(t); }
   ros::Time bag_stamp(double t) const override { return stamp_of(t); }

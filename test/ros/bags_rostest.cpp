@@ -62,8 +62,7 @@ TEST(LoadBag, has_what_pushed_the_base_and_what_it_carried) {
   Program reset("/usr/bin/env", {"rosservice", "call", "/pushed/base/reset"});
   EXPECT_NE(reset.wait(), 0);
   EXPECT_NE(reset.err().find("rejected while ~bag is written"), std::string::npos) << reset.err();
-  base.send(SIGINT);
-  base.expect_end(0);
+  base.interrupt();
 
   const rosbag::Bag bag(folder.path("x.bag"));
   const auto wrenches = read<geometry_msgs::WrenchStamped>(bag, "/pushed/applied_wrench");
@@ -134,8 +133,7 @@ TEST(LoadBag, two_robots_have_one_each_by_one_clock) {
   second.expect_simulated(0.1);
   const ros::Time end = second.stamps().back();
   for (BaseProcess* base : {&second, &first}) {
-    base->send(SIGINT);
-    base->expect_end(0);
+    base->interrupt();
   }
 
   FrameTree frames;

@@ -5,6 +5,7 @@
 #include <std_srvs/Empty.h>
 #include <unistd.h>
 
+#include <csignal>
 #include <fstream>
 #include <string>
 #include <vector>
@@ -70,6 +71,10 @@ class BaseProcess {
   void expect_end(int exit_status, const std::string& word = "") {
     EXPECT_EQ(program_.wait(), exit_status) << said();
     EXPECT_NE(said().find(word), std::string::npos) << said();
+  }
+  void interrupt(const std::string& word = "") {
+    send(SIGINT);
+    expect_end(0, word);
   }
 
   /// All that the node has printed; complete when it has ended.

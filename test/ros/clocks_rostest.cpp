@@ -2,13 +2,16 @@
 
 #include <diagnostic_msgs/DiagnosticArray.h>
 #include <geometry_msgs/Twist.h>
+#include <nav_msgs/Odometry.h>
 #include <ros/master.h>
 #include <rosgraph_msgs/Clock.h>
 #include <tf2_msgs/TFMessage.h>
+#include <youbot_base_sim/SetState.h>
 
 #include <algorithm>
 #include <csignal>
 #include <map>
+#include <set>
 
 #include "base_process.h"
 #include "youbot_base_sim/ros/conversions.h"
@@ -57,16 +60,14 @@ TEST_F(Clocks, of_another_node_is_followed) {
   t = 7;
   advance_until("the past", [&] { return last() < 50 && last() > 7.2; });
   EXPECT_LE(last(), t + 1e-9) << "on from there";
-  base.send(SIGINT);
-  base.expect_end(0, "s to 7");
+  base.interrupt("s to 7");
 }
 
 TEST_F(Clocks, is_waited_for) {
   BaseProcess base("early", {});
   EXPECT_TRUE(base.call("/base/switchOnMotors")) << "answered meanwhile";
   ros::WallDuration(1.5).sleep();
-  base.send(SIGINT);
-  base.expect_end(0, "time waits for another node's /clock");
+  base.interrupt("time waits for another node's /clock");
   EXPECT_NE(base.said().find("WARN"), std::string::npos) << base.said();
   EXPECT_NE(base.said().find("rosparam set /use_sim_time false"), std::string::npos) << base.said();
 }
@@ -75,8 +76,7 @@ TEST_F(Clocks, two_are_named) {
   publish(1);
   BaseProcess base("rival", {"_publish_clock:=true", "_real_time_factor:=10"});
   base.expect_simulated(4);
-  base.send(SIGINT);
-  base.expect_end(0, ros::this_node::getName());
+  base.interrupt(ros::this_node::getName());
   EXPECT_NE(base.said().find("/clock has several publishers, "), std::string::npos) << base.said();
   EXPECT_NE(base.said().find("/rival/base"), std::string::npos) << base.said();
 }
@@ -86,8 +86,7 @@ TEST_F(Clocks, one_is_none_too_many) {
   const ros::Publisher commands = node_.advertise<geometry_msgs::Twist>("/alone/cmd_vel", 1);
   BaseProcess base("alone", {"_publish_clock:=true", "_real_time_factor:=10"});
   base.expect_simulated(4);
-  base.send(SIGINT);
-  base.expect_end(0);
+  base.interrupt();
   for (const char* warning : {"several publishers", "comes from", "without effect"})
     EXPECT_EQ(base.said().find(warning), std::string::npos) << base.said();
 }
@@ -105,14 +104,22 @@ for _ in range(30):
     assert times == sorted(times)
 )";
 
-TEST_F(Clocks, does_not_go_back_for_a_newcomer) {
+TEST_F(Clocks, neither_goes_back_for_a_newcomer_nor_comes_after_what_happens) {
   clock_.shutdown();
+  std::set<ros::Time> times, jumps;
+  const auto clock =
+      node_.subscribe<rosgraph_msgs::Clock>("/clock", 0, [&](const auto& message) { times.insert(message->clock); });
+  const auto states = node_.subscribe<nav_msgs::Odometry>(
+      "/hurried/state_set", 0, [&](const auto& message) { jumps.insert(message->header.stamp); });
   BaseProcess base("hurried", {"_publish_clock:=true", "_real_time_factor:=0"});
   base.expect_simulated(1);
+  SetState jump;
+  for (int k = 0; k < 5; ++k) EXPECT_TRUE(call_service("/hurried/base/set_state", jump));
+  wait_for("all jumps", [&] { return jumps.size() == 5 && *jumps.rbegin() < *times.rbegin(); });
+  for (const ros::Time& t : jumps) EXPECT_LE(*times.lower_bound(t) - t, ros::Duration(0.001));
   Program newcomers(PYTHON, {"-c", kNewcomers});
   EXPECT_EQ(newcomers.wait(), 0) << newcomers.err();
-  base.send(SIGINT);
-  base.expect_end(0);
+  base.interrupt();
 }
 
 // What other nodes do that disturbs this one: sources of its odometry and transform, commanders beside each other, and
@@ -181,8 +188,7 @@ TEST(Waits, are_told) {
   }
   for (const auto& [ns, expected] : cases) {
     wait_for(expected.words, [&, name = ns] { return warnings[name] > 0; });
-    nodes[ns]->send(SIGINT);
-    nodes[ns]->expect_end(0, expected.words);
+    nodes[ns]->interrupt(expected.words);
   }
 }
 
@@ -204,8 +210,7 @@ TEST(Overload, stalled_subscriber_costs_no_more_than_its_queue) {
   listener.send(SIGKILL);
   listener.wait();
   base.expect_instants(10);
-  base.send(SIGINT);
-  base.expect_end(0);
+  base.interrupt();
 }
 
 /// A node without a library that subscribes to the topics it is given, and reads nothing of what comes.
@@ -243,8 +248,7 @@ TEST(Overload, subscriber_that_reads_no_more_holds_up_neither_lockstep_nor_other
   for (int k = 0; k < 3; ++k) base.expect_simulated(1);
   EXPECT_LT(base.memory() - before, 0.5) << "MB, of 2 MB of odometry";
   EXPECT_TRUE(std::is_sorted(base.stamps().begin(), base.stamps().end()));
-  base.send(SIGINT);
-  base.expect_end(0);
+  base.interrupt();
   EXPECT_EQ(base.said().find("has not rested"), std::string::npos) << base.said();
 }
 
@@ -256,8 +260,7 @@ TEST(Overload, node_that_was_stopped_tells_what_it_lost_and_goes_on) {
   base.send(SIGCONT);
   base.expect_instants(20);
   EXPECT_TRUE(std::is_sorted(base.stamps().begin(), base.stamps().end()));
-  base.send(SIGINT);
-  base.expect_end(0, "s are lost");
+  base.interrupt("s are lost");
 }
 
 TEST(Overload, last_of_ten_thousand_commands_a_second_counts) {
@@ -280,8 +283,7 @@ TEST(Overload, last_of_ten_thousand_commands_a_second_counts) {
     if (!(std::abs(base.velocity() - 0.2) < 1e-3)) reached = base.stamps().size();
     return base.stamps().size() >= reached + 20;
   });
-  base.send(SIGINT);
-  base.expect_end(0);
+  base.interrupt();
 }
 
 }  // namespace

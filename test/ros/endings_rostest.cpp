@@ -70,8 +70,7 @@ TEST_F(Endings, signals_leave_a_whole_bag) {
 TEST_F(Endings, interrupt_ends_a_node_in_the_background) {
   BaseProcess base("background", {"_publish_clock:=true"}, {"/bin/bash", "-c", "trap '' INT; exec \"$@\"", "bash"});
   base.expect_instants(1);
-  base.send(SIGINT);
-  base.expect_end(0);
+  base.interrupt();
 }
 
 TEST_F(Endings, bag_that_cannot_be_put_in_its_place_is_told) {
@@ -99,8 +98,7 @@ TEST_F(Endings, do_not_wait_for_what_the_loop_waits_for) {
   start("paused", {"_publish_clock:=true", "_start_paused:=true"});
   for (BaseProcess& base : bases) {
     EXPECT_TRUE(base.call("/base/switchOffMotors")) << "answered while it waits";
-    base.send(SIGINT);
-    base.expect_end(0);
+    base.interrupt();
   }
 }
 
@@ -171,8 +169,7 @@ TEST_F(Endings, lockstep_that_idles_begins_with_unpause) {
   base.expect_instants(3);
   EXPECT_TRUE(base.call("/base/unpause"));
   base.expect_simulated(1);
-  base.send(SIGINT);
-  base.expect_end(0);
+  base.interrupt();
 }
 
 // As in another container than the master's.
@@ -226,8 +223,7 @@ TEST_F(Endings, second_node_of_the_same_name_takes_over) {
   first.expect_end(0, "new node registered with same name");
   expect_whole("first", ros::Time(0.3));
   second.expect_simulated(0.4);  // since what it heard last, which may be of the first one
-  second.send(SIGINT);
-  second.expect_end(0);
+  second.interrupt();
   expect_whole("second", ros::Time(0.3));
 }
 
@@ -258,8 +254,7 @@ TEST_F(Endings, full_disk_is_told_by_a_node_that_goes_on) {
   wait_for("a failed bag", [&] { return bag_status.level == DiagnosticStatus::ERROR; });
   EXPECT_NE(bag_status.message.find(folder_.path("full")), std::string::npos) << bag_status.message;
   base.expect_instants(100);
-  base.send(SIGINT);
-  base.expect_end(0, "the bag has failed, the node goes on without it: " + folder_.path("full"));
+  base.interrupt("the bag has failed, the node goes on without it: " + folder_.path("full"));
   EXPECT_EQ(base.said().find("the bag has failed"), base.said().rfind("the bag has failed")) << "told once";
 }
 

@@ -106,9 +106,9 @@ class NodeClock {
   /// The loop has advanced without a callback: commands that have come meanwhile do not follow from simulated time.
   virtual void take_late_commands(TimedLoop& /*loop*/) {}
 
-  /// Call them before and after publishing at the present time. `is_due`: at an instant of publishing; `switched`:
-  /// rollers have switched.
-  virtual void begin_publishing(bool /*is_due*/, bool /*switched*/) {}
+  /// Call them before and after publishing at the present time. `is_due`: at an instant of publishing; `happened`:
+  /// there are events since the last call.
+  virtual void begin_publishing(bool /*is_due*/, bool /*happened*/) {}
   virtual void end_publishing() {}
 
   /// The reason why another run may have another result though the clock is to prevent that; empty: nothing is known.
