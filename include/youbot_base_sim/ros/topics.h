@@ -23,13 +23,13 @@
 /// The topics of the node. Names are relative to its namespace, as those of the driver, unless they begin with a slash.
 ///
 /// A new topic is, in this order:
-/// 1. a row here and its name in `kTopics`: advertising, bags and `~wait_for_subscribers` follow from its properties;
+/// 1. a row here and its name in `kTopics`: advertising and bags follow. Not `kAwaited`: stacks would wait (stability);
 /// 2. a function of ros/conversions that makes its message; for a type of its own, msg/ and its name in CMakeLists.txt;
-/// 3. a line of a `Telemetry::visit` (ros/telemetry.h): that of instants, or that of events. Without `kAtPeriods` the
-///    messages of events come when the loop stops. BaseNode publishes what does not change, markers and diagnostics;
-/// 4. for a new event, a list of `Events` (simulation.h);
+/// 3. a line of a `Telemetry::visit` (ros/telemetry.h): that of instants, or that of events, whose messages come when
+///    the loop stops. BaseNode publishes what does not change, markers and diagnostics;
+/// 4. for a new event, a list of `Events` (simulation.h), which counts in `Events::any`;
 /// 5. a line of launch/recorder.xml, if it is `kRecorded`: bag_test compares;
-/// 6. rows in docs/node.md and docs/outputs.md.
+/// 6. a row in docs/node.md; the list of bags in docs/outputs.md; `~wait_for_subscribers` in docs/node/parameters.csv.
 namespace youbot_base_sim {
 
 // Commands. The driver has no topics for single wheels; these are named by analogy to the arm's.
