@@ -167,7 +167,7 @@ void EventLocatingStepper::end_at(const Event& event, ContactSystem& system, con
   if (!Event::kEndsPast && length <= event.width(high)) return;  // a wheel on its edge: the end decides if it leaves
   for (int tries = 0; tries < Event::kMaxTries; ++tries) {
     if constexpr (!Event::kEndsPast) {
-      if (leaves_rest(event, system, crossing.condition, length)) return;
+      if (leaves_remainder(event, system, crossing.condition, length)) return;
     }
     if (!(length > low && length < high)) length = 0.5 * (low + high);
     try_before_ = last_try_;
@@ -199,10 +199,11 @@ void EventLocatingStepper::end_at(const Event& event, ContactSystem& system, con
 }
 
 // Corrects `length` (s), a guess of the time from the start to an event, by Newton's method on the states that the
-// method knows within the last try. True if the rest from its end, residual_dt_, is so short that these states are the
-// step's end. All wheels must stay within their edges but the one that reaches its own.
+// method knows within the last try. True if what remains from its end, residual_dt_, is so short that these states are
+// the step's end. All wheels must stay within their edges but the one that reaches its own.
 template <class Event>
-bool EventLocatingStepper::leaves_rest(const Event& event, const ContactSystem& system, int condition, double& length) {
+bool EventLocatingStepper::leaves_remainder(const Event& event, const ContactSystem& system, int condition,
+                                            double& length) {
   if (!interpolates() || known_length_ != last_try_.length) return false;
   State x;
   double newton = length;
@@ -215,12 +216,12 @@ bool EventLocatingStepper::leaves_rest(const Event& event, const ContactSystem& 
     newton -= witness.past / witness.speed;
   }
   length = newton;
-  const double rest = length - last_try_.length;
-  bool leaves = std::abs(rest) < kMaxExtrapolation * last_try_.length;
-  const Wheels phi = last_try_.end.phi() + rest * last_try_.end.dphi();
+  const double remainder = length - last_try_.length;
+  bool leaves = std::abs(remainder) < kMaxExtrapolation * last_try_.length;
+  const Wheels phi = last_try_.end.phi() + remainder * last_try_.end.dphi();
   const Wheels room = (phi - system.modes().lower_edge()).min(system.modes().upper_edge() - phi);
   for (int k = 0; k < kWheels; ++k) leaves &= k == event.wheel(condition) || room[k] > 0;
-  if (leaves) residual_dt_ = rest;
+  if (leaves) residual_dt_ = remainder;
   return leaves;
 }
 

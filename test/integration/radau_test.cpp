@@ -539,10 +539,10 @@ TEST(Radau, ShortensTheShortestStepWhoseErrorIsNoNumber) {
 // Quadratic convergence is seen again after iterations that overflowed.
 TEST(RadauConvergence, ForgetsWhatOverflowed) {
   RadauConvergence convergence;
-  convergence.see_exact(std::numeric_limits<double>::infinity(), 1);
-  EXPECT_TRUE(convergence.leaves_little_exactly(0.1));
-  convergence.see_exact(100, 1);
-  EXPECT_FALSE(convergence.leaves_little_exactly(0.1));
+  convergence.see_fresh(std::numeric_limits<double>::infinity(), 1);
+  EXPECT_TRUE(convergence.leaves_little_afresh(0.1));
+  convergence.see_fresh(100, 1);
+  EXPECT_FALSE(convergence.leaves_little_afresh(0.1));
 }
 
 // Friction with a static peak, which falls with the slip: twice Coulomb's at rest, over slips of about 2 cm/s.

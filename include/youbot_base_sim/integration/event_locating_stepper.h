@@ -130,7 +130,7 @@ class EventLocatingStepper : public ControlledStepperTypes {
   template <class Event>
   void end_at(const Event& event, ContactSystem& system, const State& start, double t);
   template <class Event>
-  bool leaves_rest(const Event& event, const ContactSystem& system, int condition, double& length);
+  bool leaves_remainder(const Event& event, const ContactSystem& system, int condition, double& length);
   void settle(ContactSystem& system, State& x, double t);
   void note(Effect effect);
 

@@ -212,7 +212,7 @@ struct AveragingEnds : Bisected {
   MotionRecord* record;
 };
 
-/// The base comes to rest, where friction holds it, or starts to move.
+/// The base is slow or fast enough for the next level of its RestFriction, of which the last one holds it at rest.
 struct RestChanges : Bisected {
   static constexpr int kConditions = 1;
   static bool possible(const ContactSystem& system, const Step& step) {

@@ -22,8 +22,8 @@ class Stopped : public std::exception {
   const char* what() const noexcept override { return "stopped"; }
 };
 
-/// The part of a motion that is not in the state, for another integration to continue. Step sizes and counts of chatter
-/// begin anew.
+/// The part of a motion that is not in the state, for another integration to continue. Step sizes, chatter and
+/// the level of friction at rest begin anew.
 struct MotionSoFar {
   std::optional<ContactModes> contacts;  ///< none in model 1, and where contacts begin anew
   IntegrationStatistics statistics;

@@ -24,8 +24,8 @@ class RadauError {
   /// The step's error was too large: later estimates from its start are treated as those after a switch.
   void reject() { filters_twice_ = true; }
 
-  /// The errors that count as 1 for steps that start with the velocities u. A roller counts a third of what it does for
-  /// other methods, since this one damps its errors too.
+  /// The errors that count as 1 for steps that start with the velocities u. Those of a roller may be three times as
+  /// large as `error_scale` has them, since this method damps them too.
   Velocities scale(const Velocities& u) const {
     Velocities scale = error_scale(tolerance_, u);
     scale.dgamma *= radau_options.roller_scale;

@@ -49,7 +49,7 @@ Wheels friction_gap(const Model& model, const typename Model::Friction& F, const
 }
 
 /// Changes dphi and dgamma of wheels on one roller, at the angles phi (rad), so that the slip yields the friction F;
-/// where F is below this share of the largest one, near which the slip depends on it too much. `c` are contacts nearby,
+/// where F is below this share of f N, near which the slip depends on it too much. `c` are contacts nearby,
 /// for the limit of friction.
 template <class Model>
 void follow_friction(const SlipSystem<Model>& system, const typename Model::Friction& F,

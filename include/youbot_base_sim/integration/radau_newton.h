@@ -104,8 +104,8 @@ class RadauConvergence {
     return std::sqrt(sum(squares) / 11);
   }
 
-  /// Takes the rate after a correction of size `last` whose matrix was exact. Iterations that overflow show nothing.
-  void see_exact(double rate, double last) {
+  /// Takes the rate after a correction of size `last` whose matrix was fresh. Iterations that overflow show nothing.
+  void see_fresh(double rate, double last) {
     const double seen = rate / last;
     if (std::isfinite(seen)) curvature_ = std::max(seen, radau_options.curvature_memory * curvature_);
   }
@@ -114,10 +114,8 @@ class RadauConvergence {
   bool predicts(double size) const { return size <= predictable_correction_; }
   /// True if all corrections after one of this size, at this rate, sum up to less than the tolerance.
   static bool leaves_little(double size, double rate) { return rate < 1 && size * rate < 1 - rate; }
-  /// True if the next correction, with an exact matrix about the curvature times the square of this one, is small.
-  bool leaves_little_exactly(double size) const {
-    return radau_options.curvature_margin * curvature_ * size * size < 1;
-  }
+  /// True if the next correction, with a fresh matrix about the curvature times the square of this one, is small.
+  bool leaves_little_afresh(double size) const { return radau_options.curvature_margin * curvature_ * size * size < 1; }
 
   /// Forgets how fast corrections shrank.
   void restart() { curvature_ = 1; }
@@ -165,7 +163,7 @@ class RadauNewton {
     torque_ = system.torque().values({start.t + T::c[0] * dt, start.t + T::c[1] * dt, start.t + T::c[2] * dt});
     StageVelocities left;
     double last = 0, rate = radau_options.first_rate;
-    bool exact = true;  // whether the matrix is that of where the last correction began
+    bool fresh = true;  // whether the matrix is that of where the last correction began
     for (int iteration = 0; iteration < radau_options.max_iterations; ++iteration) {
       ++statistics_->newton_iterations;
       residual(system, start, stages, left);
@@ -173,11 +171,11 @@ class RadauNewton {
       double size = correction(system, left);
       if (iteration > 0) {
         rate = size / last;
-        if (exact) convergence_.see_exact(rate, last);
-        // With a matrix that is no longer exact, corrections shrink about twice as slowly as the first one did.
-        exact = !radau_options.reuses_matrix || !RadauConvergence::leaves_little(size, exact ? 2 * rate : rate) ||
+        if (fresh) convergence_.see_fresh(rate, last);
+        // With a matrix that is no longer fresh, corrections shrink about twice as slowly as the first one did.
+        fresh = !radau_options.reuses_matrix || !RadauConvergence::leaves_little(size, fresh ? 2 * rate : rate) ||
                 !friction_is_as_expected(system, stages);
-        if (exact) {
+        if (fresh) {
           factorize(system, stages.u);
           size = correction(system, left);
         }
@@ -186,7 +184,7 @@ class RadauNewton {
       last = size;
       move(system, stages);
       if (convergence_.predicts(size)) {
-        if (exact && !system.reacts() && convergence_.leaves_little_exactly(size)) {
+        if (fresh && !system.reacts() && convergence_.leaves_little_afresh(size)) {
           for (int j = 0; j < 3; ++j) forces_[j] = forces_by_motion(system, j, start.u, stages.u);
           return true;
         }

@@ -19,7 +19,6 @@ struct RadauTableau {
   static constexpr double gamma = 3.6378342527444957322;
   /// Weights of the stages in the error estimate, (8.19) of section IV.8, which is of order 3.
   static constexpr double error[3] = {-(13 + 7 * root_6) / 3, (-13 + 7 * root_6) / 3, -1.0 / 3};
-  static constexpr int error_order = 3;
   /// Weight of stage j in this estimate for an integral of what the stages have, whose start has the weight 1.
   static constexpr double error_of_integral(int j) {
     return error[0] * A[0][j] + error[1] * A[1][j] + error[2] * A[2][j];

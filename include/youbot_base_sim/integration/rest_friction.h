@@ -38,7 +38,7 @@ class RestFriction {
   }
   /// True if the level of a base that `holds` may change on the way from velocities u to w: a quick look.
   bool may_change(const Velocities& u, const Velocities& w) const;
-  /// Changes the level where `margin` is positive.
+  /// Changes the level; `margin` must be positive.
   void change(const Velocities& u);
 
   double moving_nu() const { return nu_; }                           ///< while the base moves, m/s

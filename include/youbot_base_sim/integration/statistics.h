@@ -32,8 +32,8 @@ struct StatisticsField {
 /// All of them, in the order in which they are shown.
 constexpr std::array<StatisticsField, 12> kStatisticsFields = {{
     {"steps", "steps accepted", &IntegrationStatistics::steps},
-    {"rejected_steps", "steps rejected for their error", &IntegrationStatistics::rejected_steps},
-    {"location_steps", "steps repeated to end on an edge", &IntegrationStatistics::location_steps},
+    {"rejected_steps", "steps rejected", &IntegrationStatistics::rejected_steps},
+    {"location_steps", "steps repeated to end at an event", &IntegrationStatistics::location_steps},
     {"newton_iterations", "Newton iterations", &IntegrationStatistics::newton_iterations},
     {"factorizations", "factorizations of the Newton matrix", &IntegrationStatistics::factorizations},
     {"evaluations", "evaluations of the right-hand side", &IntegrationStatistics::evaluations},
