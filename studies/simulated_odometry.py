@@ -6,6 +6,7 @@ import numpy as np
 import yaml
 
 from youbot_base_sim._simulator import Simulation, run
+from youbot_base_sim.analysis.section import rms
 from youbot_base_sim.base import DRIVER_RADIUS, WHEELS, Base
 from youbot_base_sim.records import POSE
 from .builds import run_quietly
@@ -58,25 +59,22 @@ class Bases:
                         angles[0] + offset)
 
     def by_kinematics(self, rows, factors):
-        """Poses, by name, whose motion in X, Y and yaw is this many times that of wheels that roll."""
-        X, Y, yaw = np.array(self.base.velocities(np.diff(angles_of(rows), axis=0))) * np.reshape(factors, (3, 1))
+        """Poses, by name, whose motion in X, Y and yaw is this many times that of wheels that roll: 3 numbers, or 12 if each
+        wheel's share in each of them has its own."""
+        X, Y, yaw = (np.reshape(factors, (3, -1)) * self.base.velocities(np.eye(4))) @ np.diff(angles_of(rows), axis=0).T
         psi = np.concatenate([[0], np.cumsum(yaw)])
         moved = np.concatenate([[0], np.cumsum((X + 1j * Y) * np.exp(0.5j * (psi[1:] + psi[:-1])))])
         return {"x": moved.real, "y": moved.imag, "psi": psi}
 
-    def fitted_factors(self, rows, length=2 * RATE):
-        """By least squares, to displacements over so many rows."""
+    def fitted_factors(self, rows, count, length=2 * RATE):
+        """So many of them, by least squares, to displacements over so many rows."""
         true = displacements(rows, length)
         return least_squares(
-            lambda factors: (displacements(self.by_kinematics(rows, factors), length) - true).ravel(), np.ones(3))
-
-
-def wheel_columns():
-    return [f"phi_{wheel}" for wheel in WHEELS]
+            lambda factors: (displacements(self.by_kinematics(rows, factors), length) - true).ravel(), np.ones(count))
 
 
 def angles_of(rows):
-    return np.column_stack([rows[name] for name in wheel_columns()])
+    return np.column_stack([rows["phi_" + wheel] for wheel in WHEELS])
 
 
 def displacements(rows, length):
@@ -92,7 +90,7 @@ def errors(rollers, folder):
     bases, length = Bases(rollers, folder), SPAN * RATE
     found = [[], [], []]
     for seed in range(1, DRIVES + 1):
-        factors, rows = bases.fitted_factors(bases.driven(10 * seed, FITTED)), bases.driven(10 * seed + 1, TESTED)
+        factors, rows = bases.fitted_factors(bases.driven(10 * seed, FITTED), 3), bases.driven(10 * seed + 1, TESTED)
         offsets = (REPLICAS + np.random.default_rng(99).uniform(0, 1, 4)) * bases.pitch
         unknown = np.mean([displacements(bases.replayed(rows, offset), length) for offset in offsets], axis=0)
         known = displacements(bases.replayed(rows, np.zeros(4)), length)
@@ -134,13 +132,13 @@ def twin_errors(seed, folder, fitter, follower):
     for scene, options in (known, []), (unknown, ["--unknown-angles"]):
         text = run_quietly([fitter, folder / "trained.csv", "--encoders", "--scene", guess, "-o", scene, *options])
         wheel_error[scene] = text.split("~wheel_error: ")[1].split()[0]
-    at_zero = np.array(yaml.safe_load(known.read_text())["initial"]["wheel_angles"]) - [
-        drives["trained"][name][0] for name in wheel_columns()]
+    at_zero = np.array(yaml.safe_load(known.read_text())["initial"]["wheel_angles"]) - angles_of(drives["trained"])[0]
     bases, length = Bases(6, folder), round(SPAN / INTERVAL)
     true = displacements(drives["tried"], length)[::2]
-    for name, factors in (("the driver's odometry", np.full(3, DRIVER_RADIUS / bases.base.wheel_radius)),
-                          ("kinematics: radius, track and lateral factor fitted",
-                           bases.fitted_factors(drives["trained"], round(2 / INTERVAL)))):
+    for name, factors in (
+            ("the driver's odometry", np.full(3, DRIVER_RADIUS / bases.base.wheel_radius)),
+            *((f"kinematics: {what} fitted", bases.fitted_factors(drives["trained"], count, round(2 / INTERVAL)))
+              for count, what in ((3, "radius, track and lateral factor"), (12, "12 factors")))):
         moved = displacements(bases.by_kinematics(drives["tried"], factors), length)[::2]
         found[name] = moved - true, np.empty((0, 3, 3))
     for name, scene, *options in (
@@ -158,7 +156,8 @@ def twin_table(seeds, folder, fitter, follower):
     bases, rows = [twin_errors(seed, folder, fitter, follower) for seed in seeds], []
     for name in bases[0]:
         off, covariance = (np.concatenate([base[name][k] for base in bases]) for k in (0, 1))
-        size = 1e3 * np.sqrt((off**2).mean(axis=0) @ [[1, 0], [1, 0], [0, 1]])
+        sizes = 1e3 * np.array([np.hypot(*off[:, :2].T), np.abs(off[:, 2])])
         squared = [x @ np.linalg.solve(P, x) for x, P in zip(off, covariance)]
-        rows.append([name, *(f"{value:.1f}" for value in size), f"{np.mean(squared):.2g}" if squared else ""])
-    return table(["odometry", f"off after {SPAN} s, mm", "mrad", "squared over its covariance"], rows)
+        rows.append([name, *(f"{rms(size):.1f}, {np.median(size):.1f}" for size in sizes),
+                     f"{np.mean(squared):.2g}" if squared else ""])
+    return table(["odometry", f"off after {SPAN} s, mm: rms, median", "mrad", "squared over its covariance"], rows)

@@ -6,7 +6,7 @@ import numpy as np
 from .base import WHEELS
 from .command_line import shown
 from .ground_truth import RARE_PERIOD
-from .series import POSE, Series, differentiated
+from .series import POSE, Missing, Series, differentiated, middles
 
 PIECE = 0.5   # s, over which motions are compared
 SMALL = 0.05  # of the whole speed: the factor of a smaller part says nothing
@@ -29,22 +29,34 @@ def fit(true, source, k, base):
 def compared(record, name):
     """Ends of pieces, s, and V_X, V_Y and Omega over these by the wheels, or without them by odometry; None without
     either. Of ground truth that is rare, pieces end at its poses."""
-    series, joints = (record.get(name, "x", "y") or record.get(name, *POSE[3:])), record.get("joint_states", "velocity")
-    other = joints or (record.get("odom", *POSE[3:]) if name != "odom" else None)
+    series = record.get(name, "x", "y") or record.get(name, *POSE[3:])
+    other = record.get("joint_states", "velocity") or (record.get("odom", *POSE[:3]) if name != "odom" else None)
     if not series or not other:
         return None
     t = np.arange(max(series.t[0], other.t[0]), min(series.t[-1], other.t[-1]), PIECE)
-    if poses := rare_poses(record, name):
+    if name == "ground_truth" and record.poses and record.poses.period > RARE_PERIOD:
+        poses = record.poses.known(*POSE[:3])
         t = poses.t[(poses.t >= t[0]) & (poses.t <= t[-1]) & (np.diff(poses.t // PIECE, prepend=-1) > 0)]
     if len(t) < 3:
         return None
-    return t, record.base.velocities(joints.means(t, "velocity")) if joints else [other.means(t, c) for c in POSE[3:]]
+    return t, np.diff(rolled(record).at(t, "rolled")[:, :3], axis=0).T / np.diff(t)
 
 
-def rare_poses(record, name):
-    """Poses of ground truth, if velocities would be too smooth; else None."""
-    poses = record.poses.known(*POSE[:3]) if name == "ground_truth" and record.poses else None
-    return poses if poses and poses.period > RARE_PERIOD else None
+def rolled(record):
+    """The motion that the wheels roll since the beginning, and their contradiction; without joint states, odometry's
+    motion. Throws Missing."""
+    odom = record.get("odom", *POSE[:3])
+    if joints := record.get("joint_states", "position") or record.get("joint_states", "velocity"):
+        turned = np.diff(joints["position"], axis=0)
+        turned = middles(joints["velocity"]) * np.diff(joints.t)[:, None] if np.isnan(turned).all() else turned
+        steps = [*record.base.velocities(turned), record.base.contradiction(turned)]
+    elif odom:
+        steps = [velocity * np.diff(odom.t) for velocity in differentiated(odom).values()]
+        steps.append(np.zeros(len(odom) - 1))
+    else:
+        raise Missing("offset and clock of a marker need joint_states, or odom")
+    sums = np.cumsum(np.stack(steps, -1), axis=0)
+    return Series((joints or odom).t, {"rolled": np.vstack([np.zeros(4), sums])})
 
 
 def to_metres(record, name):
@@ -63,17 +75,26 @@ def to_metres(record, name):
             columns.update((one, columns[one] / size) for one in ("x", "y", "z", "V_X", "V_Y") if one in columns)
 
 
-def factors(record, name):
+def factors(record, name, left_out=None):
     """The ratios of what a base moves to what its wheels roll, or without them to odometry: forward, laterally and in
-    yaw, by this series; NaN where it hardly moves."""
+    yaw, by this series, without this tenth of it; NaN where it hardly moves."""
     series, pieces = record.get(name, *POSE[3:]), compared(record, name)
     if not series or not pieces:
         return (math.nan,) * 3
     t, source = pieces
-    moved = {column: series.means(t, column) for column in POSE[3:]}
-    if poses := rare_poses(record, name):
-        moved = differentiated(Series(t, {column: poses.at(t, column) for column in POSE[:3]}))
-    return [fit(moved[column], source, k, record.base) for k, column in enumerate(POSE[3:])]
+    # The velocities of ground truth are smooth, or miss what lies between samples.
+    moved = [series.means(t, column) for column in POSE[3:]]
+    if name == "ground_truth" and (poses := record.poses and record.poses.known(*POSE[:3])):
+        moved = list(differentiated(Series(t, {column: poses.at(t, column) for column in POSE[:3]})).values())
+    kept = np.arange(len(t) - 1) * 10 // (len(t) - 1) != left_out
+    return [fit(moved[k][kept], np.array(source)[:, kept], k, record.base) for k in range(3)]
+
+
+def lateral_way(record):
+    """The lateral factor over that forward by ground truth, and its standard error by tenths left out one by one."""
+    ratio, *without = (lateral / forward for forward, lateral, _ in (
+        factors(record, "ground_truth", tenth) for tenth in (None, *range(10))))
+    return ratio, 3 * np.std(without)
 
 
 def odd_wheel(record):

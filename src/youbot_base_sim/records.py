@@ -193,8 +193,8 @@ def add_truth(record, bag, frames, of_marker):
         if is_tracked := poses and "upright" in poses.columns:
             ground_truth.check_upright(poses, shown(topic))
         if poses and (bag.types.get(topic) in ground_truth.KINDS if of_marker is None else of_marker):
-            poses, record.alignment = ground_truth.align(poses, rolled(record), record.get("odom", "x", "y", "psi"),
-                                                         shown(topic), record.base,
+            poses, record.alignment = ground_truth.align(poses, agreement.rolled(record),
+                                                         record.get("odom", *POSE[:3]), shown(topic), record.base,
                                                          0 if offset is not None else ground_truth.LARGEST_CLOCK)
             record.poses = poses
             if offset is not None:
@@ -216,22 +216,6 @@ def note_jumps(record, name):
     if len(jumps):
         record.notes.append(f"{shown(record.topics[name])}: poses jump {len(jumps)} times, first at t = "
                             f"{series.t[jumps[0] + 1]:.3f} s (set anew, spikes, or two nodes?)")
-
-
-def rolled(record):
-    """The motion that the wheels roll since the beginning, and their contradiction; without joint states, odometry's
-    motion."""
-    joints, odom = record.get("joint_states", "position"), record.get("odom", *POSE[:3])
-    if joints:
-        turned = np.diff(joints["position"], axis=0)
-        steps = [*record.base.velocities(turned), record.base.contradiction(turned)]
-    elif odom:
-        steps = [velocity * np.diff(odom.t) for velocity in differentiated(odom).values()]
-        steps.append(np.zeros(len(odom) - 1))
-    else:
-        raise Missing("offset and clock of a marker need positions in joint_states, or odom")
-    sums = np.cumsum(np.stack(steps, -1), axis=0)
-    return Series((joints or odom).t, {"rolled": np.vstack([np.zeros(4), sums])})
 
 
 class LeftOut:

@@ -77,8 +77,9 @@ def middles(column):
 
 
 def differentiated(series):
-    """V_X, V_Y and Omega, means over the steps."""
-    step, psi = np.diff(series.t), middles(series["psi"])
-    dx, dy = np.diff(series["x"]) / step, np.diff(series["y"]) / step
+    """V_X, V_Y and Omega, means over the steps, which are arcs."""
+    step, psi, turn = np.diff(series.t), middles(series["psi"]), np.diff(series["psi"])
+    chord = step * np.sinc(turn / math.tau)
+    dx, dy = np.diff(series["x"]) / chord, np.diff(series["y"]) / chord
     return {"V_X": np.cos(psi) * dx + np.sin(psi) * dy, "V_Y": -np.sin(psi) * dx + np.cos(psi) * dy,
-            "Omega": np.diff(series["psi"]) / step}
+            "Omega": turn / step}

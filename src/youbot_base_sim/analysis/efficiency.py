@@ -38,6 +38,10 @@ def analyse(record):
         section.say(f"of the {what} velocity", "".join(f"{e:>11.4f}" if e == e else f"{'-':>11}" for e in factors),
                     **{f"{direction}_of_{what}": (e, "1")
                        for (direction, _, _), e in zip(DIRECTIONS, factors) if e == e})
+        ratio, sigma = agreement.lateral_way(record) if what == "rolled" else (np.nan,) * 2
+        if sigma == sigma:
+            section.say("lateral over forward way", f"{ratio:>11.4f} +- {sigma:.4f} a revolution of the wheels, k_Y/k_X",
+                        lateral_over_forward=(ratio, "1"), lateral_over_forward_sigma=(sigma, "1"))
     sources, label = [(what, source) for what, source in sources if source], "true" if truth else "rolled"
     columns = [f"{what}_{name}_{unit.replace('/', '_per_')}" for what, _ in [(label, true), *sources]
                for _, name, unit in DIRECTIONS]

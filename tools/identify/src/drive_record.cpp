@@ -95,8 +95,7 @@ void check_effort_unit(DriveRecord& record, Findings& findings) {
     return;
   }
   findings.push_back(record.name +
-                     ": efforts do not come in steps of one mA, so their unit cannot be detected: "
-                     "assumed to be N m at the wheel");
+                     ": efforts do not come in steps of one mA: their unit is assumed to be N m at the wheel");
 }
 
 void check_effort(DriveRecord& record, Findings& findings) {
@@ -126,6 +125,7 @@ bool DriveRecord::is_excluded(double time) const {
 }
 
 bool DriveRecord::is_tracked(double time) const {
+  if (is_excluded(time)) return false;
   const auto next = std::lower_bound(truth_t.begin(), truth_t.end(), time);
   if (next == truth_t.begin() || next == truth_t.end()) return next != truth_t.end() && *next == time;
   return *next - *(next - 1) < max_truth_step;

@@ -82,9 +82,8 @@ double end_of(int window) { return window * kWindow; }
 
 Track track_of(const DriveRecord& record) {
   Track track;
-  const auto is_measured = [&](double t) { return record.is_tracked(t) && !record.is_excluded(t); };
   for (int i = 1; end_of(i) < record.duration(); ++i) {
-    if (is_measured(end_of(i)) && is_measured(end_of(i - 1))) track.windows.push_back(i);
+    if (record.is_tracked(end_of(i)) && record.is_tracked(end_of(i - 1))) track.windows.push_back(i);
   }
   return track;
 }
@@ -483,6 +482,7 @@ EncoderFit fit_encoders(const Scene& start, const std::vector<DriveRecord>& reco
   settings.progress(0.7);
   const Trial all = trial;
   EncoderFit fit;
+  fit.resolution = settings.resolution;
   finish(comparison, start, trial, fit);
   report_records(records, comparison, all, fit);
   Candidate unknown = trial.candidate;

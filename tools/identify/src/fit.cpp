@@ -57,10 +57,9 @@ using Window = std::pair<std::size_t, std::size_t>;  // first and last samples
 
 std::vector<Window> compared_windows(const DriveRecord& record) {
   std::vector<Window> windows;
-  const auto is_measured = [&](double t) { return record.is_tracked(t) && !record.is_excluded(t); };
   for (std::size_t first = 0, last = 1; record.has_truth() && last < record.t.size(); ++last) {
     if (record.t[last] < record.t[first] + kWindow) continue;
-    if (is_measured(record.t[first]) && is_measured(record.t[last])) windows.emplace_back(first, last);
+    if (record.is_tracked(record.t[first]) && record.is_tracked(record.t[last])) windows.emplace_back(first, last);
     first = last;
   }
   return windows;

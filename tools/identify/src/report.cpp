@@ -73,7 +73,8 @@ void emit(YAML::Emitter& out, const std::string& path, const YAML::Node& node, c
   out << YAML::EndMap;
 }
 
-std::string text_of(const YAML::Node& root, const DriveRecord& record, const Fit& fit, const Comments& comments) {
+std::string text_of(YAML::Node root, const DriveRecord& record, const Fit& fit, const Comments& comments) {
+  root["duration"] = fmt::format("{:.3f}", record.duration());
   YAML::Emitter out;
   out << YAML::Comment(fmt::format("By identify, from {}. Error on what was held out {:.3g}, before the fit {:.3g}.",
                                    record.name, fit.error_after, fit.error_before))
@@ -127,8 +128,7 @@ std::string report(const Scene& start, const std::vector<DriveRecord>& records, 
         "{}: ground truth has the instant t of the encoders at {:.5f} t {:+.4f} s (sigma {:.1g}, {:.1g} s)\n",
         records[r].name, 1 + drive.clock.stretch, drive.clock.offset, drive.sigma.stretch, drive.sigma.offset);
     if (drive.jumps > 0)
-      text +=
-          fmt::format("{}: {} displacements in which ground truth jumps are left out\n", records[r].name, drive.jumps);
+      text += fmt::format("{}: {} displacements where ground truth jumps are left out\n", records[r].name, drive.jumps);
     if (!drive.angles_at_zero) continue;
     text += fmt::format("{}: angles where the encoders read zero, but for whole rollers, rad: {} (sigma {})\n",
                         records[r].name, list_of(*drive.angles_at_zero), list_of(*drive.angles_sigma));
@@ -147,7 +147,6 @@ std::string fitted_scene(const std::string& start_path, const Fit& fit, const Dr
   Comments comments;
   set_fitted(root, fit, comments);
   root["motors"]["quantized"] = true;
-  root["duration"] = fmt::format("{:.3f}", record.duration());
   set_initial_angles(root, fit.best.phi.front(), comments);
   root["drive"]["velocity_table"] = table;
   return text_of(root, record, fit, comments);
@@ -160,10 +159,10 @@ std::string fitted_scene(const std::string& start_path, const EncoderFit& fit, c
   set_fitted(root, fit, comments);
   root.remove("motors");
   if (root["solver"]) root["solver"].remove("control_period");  // a table of angles takes none
-  root["duration"] = fmt::format("{:.3f}", record.duration());
   if (const auto& angles = fit.drives.front().angles_at_zero)
     set_initial_angles(root, *angles + record.phi.front(), comments);
   root["drive"]["wheel_angle_table"] = table;
+  if (fit.resolution > 0) root["drive"]["resolution"] = fmt::format("{:.6g}", fit.resolution);
   return text_of(root, record, fit, comments);
 }
 

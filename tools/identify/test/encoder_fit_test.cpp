@@ -1,5 +1,4 @@
-// Twins: robots that are known are found again from their encoders and poses alone; what these do not determine is
-// named.
+// Twins: known robots are found again from encoders and poses alone; what these do not determine is named.
 
 #include "youbot_base_sim/identify/encoder_fit.h"
 
@@ -128,19 +127,20 @@ std::string refusal(DriveRecord record) {
   });
 }
 
-// Though the scene from which it starts has motors.
 TEST(EncoderFitTest, ItsSceneCanBeSimulated) {
   const TemporaryFolder folder;
   EncoderFit fit;
   fit.best.scene = measured_base();
+  fit.resolution = 0.03;
   fit.drives.emplace_back();
   DriveRecord record;
   record.t = {0, 0.5, 1};
   record.phi.assign(3, Wheels::Zero());
   folder.write("angles.csv", angle_table(record));
-  const std::string start = folder.write("start.yaml", "duration: 1\nmotors: {}\nsolver: {control_period: 1e-3}\n");
-  const Scene scene = load_scene(folder.write("fitted.yaml", fitted_scene(start, fit, record, "angles.csv")));
-  EXPECT_EQ(scene.duration, 1);
+  const std::string start = folder.write("start.yaml", "duration: 9\nmotors: {}\nsolver: {control_period: 1e-3}\n");
+  const std::string text = fitted_scene(start, fit, record, "angles.csv");
+  EXPECT_EQ(load_scene(folder.write("fitted.yaml", text)).duration, 1) << text;
+  EXPECT_NE(text.find("  resolution: 0.03\n"), std::string::npos) << text;
 }
 
 TEST(EncoderFitTest, RefusesWhatItCannotFit) {

@@ -45,7 +45,7 @@ struct DriveRecord : Readings {
   bool has_truth() const { return !truth.empty(); }
   double duration() const { return t.empty() ? 0 : t.back(); }
 
-  /// True if ground truth was measured about `time`.
+  /// True if ground truth was measured about `time`, which no excluded stretch covers.
   bool is_tracked(double time) const;
 
   /// True if an excluded stretch covers `time`.

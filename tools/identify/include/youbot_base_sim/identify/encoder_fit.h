@@ -17,6 +17,7 @@ struct EncoderFit : Fit {
   };
 
   std::vector<Drive> drives;    ///< of each record
+  double resolution = 0;        ///< the settings'
   double error_kinematics = 0;  ///< by fitted kinematics: factors forward, lateral and of yaw
   double wheel_error = 0;       ///< relative, of a wheel's path over 4 s: SlipOdometry's, for its covariances
   double error_unknown = 0;     ///< by the fitted parameters, as a mean over where the rollers may stand
