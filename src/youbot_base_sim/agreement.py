@@ -39,7 +39,8 @@ def compared(record, name):
         t = poses.t[(poses.t >= t[0]) & (poses.t <= t[-1]) & (np.diff(poses.t // PIECE, prepend=-1) > 0)]
     if len(t) < 3:
         return None
-    return t, np.diff(rolled(record).at(t, "rolled")[:, :3], axis=0).T / np.diff(t)
+    return t, record.base.velocities(other.means(t, "velocity")) if name == "odom" else (  # sampled like its twists
+        np.diff(rolled(record).at(t, "rolled")[:, :3], axis=0).T / np.diff(t))
 
 
 def rolled(record):
@@ -82,9 +83,8 @@ def factors(record, name, left_out=None):
     if not series or not pieces:
         return (math.nan,) * 3
     t, source = pieces
-    # The velocities of ground truth are smooth, or miss what lies between samples.
     moved = [series.means(t, column) for column in POSE[3:]]
-    if name == "ground_truth" and (poses := record.poses and record.poses.known(*POSE[:3])):
+    if name == "ground_truth" and (poses := record.poses and record.poses.known(*POSE[:3])):  # smoother are velocities
         moved = list(differentiated(Series(t, {column: poses.at(t, column) for column in POSE[:3]})).values())
     kept = np.arange(len(t) - 1) * 10 // (len(t) - 1) != left_out
     return [fit(moved[k][kept], np.array(source)[:, kept], k, record.base) for k in range(3)]

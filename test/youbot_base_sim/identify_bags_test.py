@@ -139,7 +139,7 @@ class IdentifyBagsTest(RunsPrograms):
         larger = Base(1.5 * RADIUS, half_wheelbase=LENGTHS, half_track=0)
         for options, words in ((dict(truth=True), "/odom: the base moves forward 0.667"),
                                (dict(odom=False, truth=True), "ground_truth: the base moves forward 0.667"),
-                               (dict(odom=False, marker=True), "pose: the base moves forward 0.67")):
+                               (dict(odom=False, marker=True), "pose: the base moves forward 0.66")):
             bag = self.record(**options)
             self.read(bag)
             self.expect_refused(bag, words, "--scene", base=larger)
