@@ -9,6 +9,7 @@ from .ground_truth import RARE_PERIOD
 from .series import POSE, Missing, Series, differentiated, middles
 
 PIECE = 0.5   # s, over which motions are compared
+JUMP = 1.0    # m/s and rad/s: poses that differ by more from their velocities jump
 SMALL = 0.05  # of the whole speed: the factor of a smaller part says nothing
 APART = 1.25  # a larger factor is named, as is one that is smaller than its inverse
 LENGTHS = {"mm": 1000, "cm": 100}
@@ -34,8 +35,7 @@ def compared(record, name):
     if not series or not other:
         return None
     t = np.arange(max(series.t[0], other.t[0]), min(series.t[-1], other.t[-1]), PIECE)
-    if name == "ground_truth" and record.poses and record.poses.period > RARE_PERIOD:
-        poses = record.poses.known(*POSE[:3])
+    if name == "ground_truth" and record.poses and (poses := record.poses.known(*POSE[:3])).period > RARE_PERIOD:
         t = poses.t[(poses.t >= t[0]) & (poses.t <= t[-1]) & (np.diff(poses.t // PIECE, prepend=-1) > 0)]
     if len(t) < 3:
         return None
@@ -46,12 +46,11 @@ def compared(record, name):
 def rolled(record):
     """The motion that the wheels roll since the beginning, and their contradiction; without joint states, odometry's
     motion. Throws Missing."""
-    odom = record.get("odom", *POSE[:3])
     if joints := record.get("joint_states", "position") or record.get("joint_states", "velocity"):
         turned = np.diff(joints["position"], axis=0)
         turned = middles(joints["velocity"]) * np.diff(joints.t)[:, None] if np.isnan(turned).all() else turned
         steps = [*record.base.velocities(turned), record.base.contradiction(turned)]
-    elif odom:
+    elif odom := record.get("odom", *POSE[:3]):
         steps = [velocity * np.diff(odom.t) for velocity in differentiated(odom).values()]
         steps.append(np.zeros(len(odom) - 1))
     else:
@@ -83,9 +82,10 @@ def factors(record, name, left_out=None):
     if not series or not pieces:
         return (math.nan,) * 3
     t, source = pieces
-    moved = [series.means(t, column) for column in POSE[3:]]
+    moved = np.array([series.means(t, column) for column in POSE[3:]])
     if name == "ground_truth" and (poses := record.poses and record.poses.known(*POSE[:3])):  # smoother are velocities
-        moved = list(differentiated(Series(t, {column: poses.at(t, column) for column in POSE[:3]})).values())
+        by_poses = np.array([*differentiated(Series(t, {one: poses.at(t, one) for one in POSE[:3]})).values()])
+        moved = np.where(np.abs(by_poses - moved) > JUMP, moved, by_poses)
     kept = np.arange(len(t) - 1) * 10 // (len(t) - 1) != left_out
     return [fit(moved[k][kept], np.array(source)[:, kept], k, record.base) for k in range(3)]
 

@@ -30,8 +30,8 @@ class RecordsTest(RunsPrograms):
                counted=None, stamped=False, of="rolled", rates_by=(1, 1, 1, 1), late=0.0, tracked=(),
                names=JOINTS, is_fixed=False, moved=0.0, scale=1.0, every=1, stale=(), uneven=lambda k: 0):
         """What `analyse` makes of a bag with positions, ways of odometry or ground truth by these factors; with
-        odometry `moved` after half of the drive, m, with quaternions of this size, and stamps that are 500 s old in
-        `stale` messages; `every` n-th pose of ground truth; wheels `uneven` (s) late. `forward` None: anything."""
+        odometry `moved` after half of the drive, truth after a tenth, m, with quaternions of this size, and 500 s old
+        stamps in `stale` messages; `every` n-th pose of truth; wheels `uneven` (s) late. `forward` None: anything."""
         rates = rolling_rates(*COMMANDS.T)
         positions = position * (np.cumsum(rates, axis=0) - rates) / RATE
         if counted:
@@ -39,6 +39,7 @@ class RecordsTest(RunsPrograms):
         way, true = COMMANDS * (odom, odom, 1), COMMANDS * (1, LATERAL, 1) * truth
         told, way_seen = path_of(COMMANDS, RATE) * (odom, odom, 1), path_of(true, RATE)
         told[len(told) // 2:, 0] += moved
+        way_seen[len(told) // 10:, 0] += moved
         with rosbag.Bag(self.path("drive.bag"), "w") as bag:
             for k, command in enumerate(COMMANDS):
                 joints = joint_state(k / RATE + uneven(k), positions[k], rates[k] * rates_by, names=names)
