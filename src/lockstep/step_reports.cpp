@@ -21,18 +21,17 @@ class StepReports : public TimeGate {
               const std::function<void(const ros::Time& time)>& send)
       : patience_(patience), send_(send) {
     for (const std::string& name : nodes) nodes_[ros::names::resolve(name)];
-    using Event = ros::MessageEvent<const std_msgs::Time>;
-    const auto take = [this](const Event& event) { report(event.getPublisherName(), event.getMessage()->data); };
-    subscriber_ = node.subscribe<std_msgs::Time, const Event&>("step_done", 1000, take, ros::VoidConstPtr(),
-                                                               ros::TransportHints().tcpNoDelay());
+    using Event = const ros::MessageEvent<const std_msgs::Time>&;
+    const auto take = [this](Event event) { report(event.getPublisherName(), event.getMessage()->data); };
+    reports_ = node.subscribe<std_msgs::Time, Event>("step_done", 1000, take, {}, ros::TransportHints().tcpNoDelay());
   }
 
   bool is_ready() const override { return is_ready_; }
   void note_message(const std::string& node) override { report(node, announced_); }
 
   void announce(const ros::Time& time) override {
-    if (time == announced_) return;
-    if (time < announced_) {  // a new start
+    if (time == announced_) return send_(time);  // to a newcomer
+    if (time < announced_) {                     // a new start
       is_ready_ = false;
       for (auto& [name, node] : nodes_) node.done = {};
     }
@@ -55,11 +54,12 @@ class StepReports : public TimeGate {
       if (is_ready_) given_up_.insert(name);
       node.given_up = is_ready_;
     }
-    if (is_late) waiting_since_ = Clock::now();
-    if (is_ready_) return all_done;
-    is_ready_ = all_have_come && Clock::now() >= reported_at_ + kSilence;
-    if (is_ready_) waiting_since_ = Clock::now();
-    return !all_have_come || is_ready_;  // time may wake those that have not come
+    const bool was_ready = is_ready_;
+    is_ready_ = was_ready || (all_have_come && Clock::now() >= last_report_.second + kSilence);
+    if (is_late && all_have_come && !is_ready_)
+      ROS_WARN("%s reports without a pause: time waits until all are silent for a while", last_report_.first.c_str());
+    if (is_late || is_ready_ != was_ready) waiting_since_ = Clock::now();
+    return was_ready ? all_done : is_ready_ || !all_have_come;  // time may wake those that have not come
   }
 
  private:
@@ -72,11 +72,10 @@ class StepReports : public TimeGate {
   };
 
   void report(const std::string& name, const ros::Time& time) {
-    const auto found = nodes_.find(name);
-    if (found == nodes_.end()) return;
-    Node& node = found->second;
-    reported_at_ = Clock::now();
-    if (is_ready_ && time >= announced_ && node.done < announced_) node.waited += reported_at_ - waiting_since_;
+    if (nodes_.count(name) == 0) return;
+    Node& node = nodes_[name];
+    last_report_ = {name, Clock::now()};
+    if (is_ready_ && time >= announced_ && node.done < announced_) node.waited += last_report_.second - waiting_since_;
     node.done = std::max(node.done, time);
     if (time >= announced_ && std::exchange(node.given_up, false))
       ROS_WARN("%s reports again: time waits for it", name.c_str());
@@ -89,8 +88,9 @@ class StepReports : public TimeGate {
   std::map<std::string, Node> nodes_;  // by name
   bool is_ready_ = false;
   ros::Time announced_;
-  Clock::time_point reported_at_, waiting_since_ = Clock::now();
-  ros::Subscriber subscriber_;
+  std::pair<std::string, Clock::time_point> last_report_;
+  Clock::time_point waiting_since_ = Clock::now();
+  ros::Subscriber reports_;
 };
 
 }  // namespace
