@@ -62,10 +62,8 @@ def draw(scenes, titles):
     for axes in grid[:, 0]:
         axes.set_ylabel("run time for each simulated second, s", fontsize=9)
     for column in grid.T:
-        lowest = [axes for axes in column if axes.get_visible()][-1]
-        lowest.set_xlabel("largest position error, m (more exact to the right)", fontsize=9)
-    labels = [titles[contestant] + (" (explicit; over a short span)" if contestant in EXPLICIT else "")
-              for contestant in lines]
+        [axes for axes in column if axes.get_visible()][-1].set_xlabel("largest position error, m (more exact to the right)", fontsize=9)
+    labels = [titles[one] + (" (explicit; over a short span)" if one in EXPLICIT else "") for one in lines]
     figure.tight_layout(rect=(0, legend_height / figure.get_figheight(), 1, 1))
     figure.legend(lines.values(), labels, loc="lower center", ncol=columns, fontsize=9.5, frameon=False)
     return figure

@@ -53,12 +53,10 @@ def sweep(solve, scene, span, contestants=CONTESTANTS):
     for contestant in contestants:
         for tolerance in contestant.tolerances:
             own_span = min(reference["span"], EXPLICIT_SPAN) if contestant.explicit else reference["span"]
-            row = measure(solve, scene, reference, contestant, tolerance, own_span)
-            rows.append(row)
+            rows.append(row := measure(solve, scene, reference, contestant, tolerance, own_span))
             say(row)
             # Finer tolerances would but take longer. A failure says nothing about them.
-            if not row["failure"] and row["run_time_s"] > (
-                    LONG_ENOUGH if row["position_error_m"] <= USEFUL_ERROR else LONG_RUN):
+            if not row["failure"] and row["run_time_s"] > (LONG_RUN, LONG_ENOUGH)[row["position_error_m"] <= USEFUL_ERROR]:
                 break
     return checks, rows
 
@@ -123,8 +121,7 @@ def written_part(program, rows, references):
     """What the script writes into the page; `program` says what it was built with."""
     about = json.loads(subprocess.check_output([program]))
     processor = re.findall(r"(?m)^model name\s*: (.*)", Path("/proc/cpuinfo").read_text()) or ["unknown processor"]
-    machine = (f"{time.strftime('%Y-%m-%d', time.gmtime())}; {processor[0]}; {about['compiler']}, `{about['flags']}`; "
-               f"{about['libraries']}.")
+    machine = f"{time.strftime('%Y-%m-%d')}; {processor[0]}; {about['compiler']}, `{about['flags']}`; {about['libraries']}."
     checks = [check["position_error_m"] for check in references if not check["failure"]]
     trust = f" The references agree with those that check them within {max(checks):.1e} m." if checks else ""
     return "\n".join([paragraph(machine + trust), best_table(rows)])
@@ -140,6 +137,8 @@ def main():
     parser.add_argument("--solve", type=Path, metavar="FILE",
                         help="run this program rather than build one, and install nothing")
     parser.add_argument("--quick", action="store_true", help="compare at an error of 1e-5 m alone, and write nothing")
+    parser.add_argument("--beside", type=Path, metavar="FILE",
+                        help="with --quick, this program too: build/bench/solve of the last release's checkout")
     arguments = parser.parse_args()
     if not arguments.span >= 1:
         parser.error(f"--span = {arguments.span}: must be a number of seconds, 1 or more")
@@ -152,8 +151,10 @@ def program_of(arguments):
 
 def compare_quickly(arguments):
     """Prints what the paper's cases take at USEFUL_ERROR, by the tolerances about it."""
-    solve = partial(run_solver, program_of(arguments))
+    solve, other = partial(run_solver, program_of(arguments)), arguments.beside
     contestants = [replace(one, tolerances=QUICK[one.key]) for one in CONTESTANTS if one.key in QUICK]
+    if other:
+        contestants.insert(1, replace(contestants[0], key="beside", title=str(other), solver=f"radau of {other}"))
     rows = [row for scene in SCENES if scene.key in ([arguments.scene] if arguments.scene else QUICK_SCENES)
             for row in sweep(solve, scene, arguments.span, contestants)[1]]
     print(f"\nAt an error of {USEFUL_ERROR:g} m:\n\n{best_table(rows, contestants)}")

@@ -71,10 +71,11 @@ HELD_WHEEL = Scene("held_wheel", "held wheel", BENCH / "held_wheel.yaml")
 
 
 def run_solver(program, scene, solver, tolerance, span, **limits):
-    """Rows, counts, run time and repeats, or the failure."""
+    """Rows, counts, run time and repeats, or the failure. A solver may be one "of" another program."""
+    solver, _, other = solver.partition(" of ")
     task = {"scene": str(scene.path), "model": scene.model, "solver": solver, "span": span, "rate": ROW_RATE,
             "tolerance": tolerance, **limits}
-    done = subprocess.run([program, json.dumps(task)], capture_output=True, text=True)
+    done = subprocess.run([other or program, json.dumps(task)], capture_output=True, text=True)
     if done.returncode != 0:
         raise Failed(done.stderr.strip() or f"{solver} on {scene.key}: ended by signal {-done.returncode}")
     return json.loads(done.stdout)
