@@ -72,6 +72,8 @@ void NoSlipIntegrator::advance(State& x, double t, double t_end, double) {
     }
     ++statistics_.steps;
     x = end;
+    statistics_.drift_speed += kDriftPerRadian * length * std::abs(x.Omega()) * x.velocity().norm();
+    statistics_.drift += statistics_.drift_speed * length;
     if (length < wanted) next_step_ = std::max(next_step_, wanted);
     if (length == left) t = t_end;  // without rounding
   }

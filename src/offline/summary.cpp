@@ -83,6 +83,7 @@ std::string summary_json(const Simulation& simulation, bool completed, double wa
     json["normal_reactions"] = {{"least", numbers(record->min_N)}, {"time_off_floor", numbers(record->time_off_floor)}};
   }
   json["completed"] = completed;
+  json["promised"] = promised_error(simulation, rows.path());
   json["reliable"] = completed && unreliability_reason(simulation, rows, twin).empty();
   if (twin) {
     json["check"] = {{"position_difference", twin->position_difference()},

@@ -50,7 +50,8 @@ double promised_error(const Simulation& simulation, const PathLength& path) {
   const double creep = std::isfinite(speed) && speed > floor.nu ? lever * speed * simulation.time() : 0;
   const State& x = simulation.state();
   const double rounding = kRounding * (static_cast<double>(simulation.statistics().steps) + std::hypot(x.x(), x.y()));
-  return kPromised * (tolerance * (std::max(path.base, path.wheels.maxCoeff()) + kLeastPath) + creep) + rounding;
+  const double distance = std::max({path.base, path.wheels.maxCoeff(), simulation.statistics().drift});
+  return kPromised * (tolerance * (distance + kLeastPath) + creep) + rounding;
 }
 
 Twin::Twin(const Scene& scene) : simulation_(twin_of(scene)), rows_(simulation_) {}

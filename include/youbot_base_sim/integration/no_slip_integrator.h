@@ -13,8 +13,8 @@ namespace youbot_base_sim {
 
 /// Model 1, which has no switches: odeint's dopri5, or rosenbrock4 where the bearings brake too hard for it. Steps are
 /// short where dry friction reverses, in a bearing or in the torques of a desired motion: an error estimate misses most
-/// of a kink between two stages. Steps keep to a tenth of the tolerance: only bearings damp their errors, and a base
-/// that spins fast goes astray by its errors in the heading.
+/// of a kink between two stages. Steps keep to a tenth of the tolerance: only bearings damp their errors. `drift` is a
+/// path that counts what they add up to in a base that spins: a tenth of the speed a step, 8 steps or more a radian.
 class NoSlipIntegrator : public MotionIntegrator {
  public:
   explicit NoSlipIntegrator(const MotionStart& motion);
@@ -36,6 +36,7 @@ class NoSlipIntegrator : public MotionIntegrator {
  private:
   // Steps of dopri5 end near 3 / rate: at 1e5/s, a millisecond takes 30 of them.
   static constexpr double kMaxExplicitRate = 1e6;
+  static constexpr double kDriftPerRadian = 8 * 0.1 / 20;  // of the speed; 20 tolerances are promised
 
   RobotParameters robot_;
   FloorParameters floor_;

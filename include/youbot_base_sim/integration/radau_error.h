@@ -18,8 +18,7 @@ class RadauError {
  public:
   explicit RadauError(const Tolerance& tolerance) : tolerance_(tolerance) {}
 
-  /// Steps that follow have the same start. After a switch, estimates above 1 are filtered twice, unless the transient
-  /// that this may hide has too much energy.
+  /// Steps that follow have the same start, where contacts switched or not.
   void begin(bool after_switch) { filters_twice_ = after_switch; }
   /// The step's error was too large: later estimates from its start are treated as those after a switch.
   void reject() { filters_twice_ = true; }
@@ -119,9 +118,7 @@ class StepSizeController {
 
  private:
   static double fourth_root(double a) { return std::sqrt(std::sqrt(a)); }
-
   static constexpr double kMinError = 1e-10;
-
   double last_dt_ = 0;
   double last_norm_ = 1;
   bool rejected_ = false;

@@ -10,31 +10,26 @@ struct RadauOptions {
   int max_iterations = 10;
   bool reuses_matrix = true;
   double friction_mismatch = 0.03;  ///< gap between the friction of F and V up to which a matrix is reused, in f N
-
   // RadauConvergence
   double convergence = 0.03;  ///< kappa
   double first_rate = 0.03;
   double curvature_memory = 0.8;
   double curvature_margin = 10;
   double predictable_fraction = 0.1;  ///< of nu
-
   // RadauError
   double roller_scale = 3;
   double unseen_energy = 0.01;  ///< of the tolerance; -1: never filtered twice
   double pose_time = 4e-3;      ///< s
-
   // RadauPrediction
   bool predicts = true;  ///< else from the start
   bool line_after_switch = true;
   double far = 1.5;
   double switch_transient = 1e-4;  ///< s
   double gripping_share = 0.9;     ///< 0: friction never leads
-
   // Radau
   bool start_by_motion = true;
   bool reuses_friction = true;
   double dense_gripping_share = 0.98;  ///< 0: off
-
   // StepSizeController
   bool trend = true;
   double safety = 0.8, max_shrinkage = 0.2, max_growth = 8;

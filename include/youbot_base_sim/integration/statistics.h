@@ -19,7 +19,8 @@ struct IntegrationStatistics {
   std::uint64_t eased_periods = 0;
   std::uint64_t fallback_steps = 0;
   std::uint64_t evaluations = 0;
-  double forced_hold_speed = 0;  ///< m/s, that wheels which were held gave the platform, or kicks would have
+  double forced_hold_speed = 0;       ///< m/s, that wheels which were held gave the platform, or kicks would have
+  double drift_speed = 0, drift = 0;  ///< model 1's, m/s and m: see NoSlipIntegrator
 };
 
 /// A field of the statistics, for output.

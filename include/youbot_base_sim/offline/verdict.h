@@ -11,8 +11,8 @@ namespace youbot_base_sim {
 constexpr double kPromised = 20;
 
 /// Error of the position of a reliable run, at most, m, with heading counted at the wheels' centres: kPromised times
-/// tolerance times path, with what it creeps and, by spin friction, rotates by a regularization speed that the
-/// tolerance sets, and 1e-16 m a step and of the distance from the origin for rounding (docs/reliability.md).
+/// tolerance times path, or model 1's drift if longer, what it creeps and, by spin friction, rotates by a
+/// regularization speed that the tolerance sets, and 1e-16 m a step and of the distance from the origin for rounding.
 double promised_error(const Simulation& simulation, const PathLength& path);
 
 /// A second run of a scene at half the tolerance; where rows end steps, these are of half a row at most. At the start
