@@ -167,16 +167,16 @@ class RadauNewton {
     for (int iteration = 0; iteration < radau_options.max_iterations; ++iteration) {
       ++statistics_->newton_iterations;
       residual(system, start, stages, left);
-      if (iteration == 0) factorize(system, stages.u);
+      if (iteration == 0) factorize(system, stages);
       double size = correction(system, left);
       if (iteration > 0) {
         rate = size / last;
         if (fresh) convergence_.see_fresh(rate, last);
         // With a matrix that is no longer fresh, corrections shrink about twice as slowly as the first one did.
         fresh = !radau_options.reuses_matrix || !RadauConvergence::leaves_little(size, fresh ? 2 * rate : rate) ||
-                !friction_is_as_expected(system, stages);
+                !is_derivative_ || !friction_is_as_expected(system, stages);
         if (fresh) {
-          factorize(system, stages.u);
+          factorize(system, stages);
           size = correction(system, left);
         }
       }
@@ -184,7 +184,7 @@ class RadauNewton {
       last = size;
       move(system, stages);
       if (convergence_.predicts(size)) {
-        if (fresh && !system.reacts() && convergence_.leaves_little_afresh(size)) {
+        if (fresh && is_derivative_ && !system.reacts() && convergence_.leaves_little_afresh(size)) {
           for (int j = 0; j < 3; ++j) forces_[j] = forces_by_motion(system, j, start.u, stages.u);
           return true;
         }
@@ -208,8 +208,8 @@ class RadauNewton {
   }
 
  private:
-  // True if the friction of the slips is the F of the last correction. Where not, a small correction of the slip may
-  // stand for a large one of the force, so its size does not show that the matrix still holds.
+  // True if the friction of the slips is the F of the last correction. Where not, the matrix is no derivative, and a
+  // small correction of the slip may stand for a large one of the force: its size does not show that the matrix holds.
   bool friction_is_as_expected(const System& system, const Stages& stages) const {
     const auto gap = [&](int j) {
       return friction_gap(system.model(), stages.F[j], evaluated_.contacts[j], radau_options.friction_mismatch);
@@ -276,8 +276,9 @@ class RadauNewton {
     return pose;
   }
 
-  void factorize(const System& system, const StageVelocities& u) {
-    matrix_.factorize(system, u, torque_, evaluated_);
+  void factorize(const System& system, const Stages& stages) {
+    matrix_.factorize(system, stages.u, torque_, evaluated_);
+    is_derivative_ = friction_is_as_expected(system, stages);
     ++statistics_->factorizations;
   }
 
@@ -291,6 +292,7 @@ class RadauNewton {
   IntegrationStatistics* statistics_;
   RadauConvergence convergence_;
   RadauMatrix<Model> matrix_;
+  bool is_derivative_ = false;  // whether friction was as expected where the matrix was made
   StageVelocities forces_;
   alignas(kAlignment) std::array<Wheels, RadauTableau::stages> torque_;
   Evaluation evaluated_;  // at the start of the last correction
