@@ -52,7 +52,7 @@ Means means() {
 TEST(RadauWork, IsNoMoreThanItsMechanismsLeave) {
   const Means now = means();
   EXPECT_LT(now.evaluations, 20950);    // 20878
-  EXPECT_LT(now.factorizations, 4935);  // 4916
+  EXPECT_LT(now.factorizations, 4980);  // 4960; 4916 with matrices that are no derivative
   EXPECT_LT(now.error, 3.6e-6);         // 3.37e-6
 }
 

@@ -174,7 +174,7 @@ class RadauNewton {
         if (fresh) convergence_.see_fresh(rate, last);
         // With a matrix that is no longer fresh, corrections shrink about twice as slowly as the first one did.
         fresh = !radau_options.reuses_matrix || !RadauConvergence::leaves_little(size, fresh ? 2 * rate : rate) ||
-                !is_derivative_ || !friction_is_as_expected(system, stages);
+                !is_derivative_ || !friction_agrees(system, stages, radau_options.friction_mismatch);
         if (fresh) {
           factorize(system, stages);
           size = correction(system, left);
@@ -208,12 +208,11 @@ class RadauNewton {
   }
 
  private:
-  // True if the friction of the slips is the F of the last correction. Where not, the matrix is no derivative, and a
-  // small correction of the slip may stand for a large one of the force: its size does not show that the matrix holds.
-  bool friction_is_as_expected(const System& system, const Stages& stages) const {
-    const auto gap = [&](int j) {
-      return friction_gap(system.model(), stages.F[j], evaluated_.contacts[j], radau_options.friction_mismatch);
-    };
+  // True if the friction of the slips is the F of the last correction, but for this share of f N. Where not, a matrix
+  // is no derivative, and a small correction of the slip may stand for a large one of the force: its size shows
+  // nothing.
+  bool friction_agrees(const System& system, const Stages& stages, double share) const {
+    const auto gap = [&](int j) { return friction_gap(system.model(), stages.F[j], evaluated_.contacts[j], share); };
     return !(gap(0).max(gap(1)).max(gap(2)).maxCoeff() > 0);
   }
 
@@ -278,7 +277,7 @@ class RadauNewton {
 
   void factorize(const System& system, const Stages& stages) {
     matrix_.factorize(system, stages.u, torque_, evaluated_);
-    is_derivative_ = friction_is_as_expected(system, stages);
+    is_derivative_ = friction_agrees(system, stages, radau_options.matrix_mismatch);
     ++statistics_->factorizations;
   }
 
@@ -292,7 +291,7 @@ class RadauNewton {
   IntegrationStatistics* statistics_;
   RadauConvergence convergence_;
   RadauMatrix<Model> matrix_;
-  bool is_derivative_ = false;  // whether friction was as expected where the matrix was made
+  bool is_derivative_ = false;  // whether friction agreed where the matrix was made
   StageVelocities forces_;
   alignas(kAlignment) std::array<Wheels, RadauTableau::stages> torque_;
   Evaluation evaluated_;  // at the start of the last correction

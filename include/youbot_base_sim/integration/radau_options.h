@@ -3,13 +3,14 @@
 namespace youbot_base_sim {
 
 /// Radau's mechanisms and numbers; docs/tuning says what each is worth. Infinity switches friction_mismatch,
-/// curvature_margin, predictable_fraction, unseen_energy, pose_time, far and switch_transient off.
+/// matrix_mismatch, curvature_margin, predictable_fraction, unseen_energy, pose_time, far and switch_transient off.
 struct RadauOptions {
   // RadauNewton
   bool primal_dual = true;  ///< friction is an unknown of its own; else that of the slip
   int max_iterations = 10;
   bool reuses_matrix = true;
   double friction_mismatch = 0.03;  ///< gap between the friction of F and V up to which a matrix is reused, in f N
+  double matrix_mismatch = 0.2;     ///< the same where it was made
   // RadauConvergence
   double convergence = 0.03;  ///< kappa
   double first_rate = 0.03;
