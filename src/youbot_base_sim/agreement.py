@@ -75,25 +75,25 @@ def to_metres(record, name):
             columns.update((one, columns[one] / size) for one in ("x", "y", "z", "V_X", "V_Y") if one in columns)
 
 
-def factors(record, name, left_out=None):
+def factors(record, name, left_out=(None,)):
     """The ratios of what a base moves to what its wheels roll, or without them to odometry: forward, laterally and in
-    yaw, by this series, without this tenth of it; NaN where it hardly moves."""
+    yaw, by this series, without each of these tenths of it (None: by all of it); NaN where it hardly moves."""
     series, pieces = record.get(name, *POSE[3:]), compared(record, name)
     if not series or not pieces:
-        return (math.nan,) * 3
-    t, source = pieces
+        return [(math.nan,) * 3] * len(left_out)
+    t, source = pieces[0], np.array(pieces[1])
     moved = np.array([series.means(t, column) for column in POSE[3:]])
     if name == "ground_truth" and (poses := record.poses and record.poses.known(*POSE[:3])):  # smoother are velocities
         by_poses = np.array([*differentiated(Series(t, {one: poses.at(t, one) for one in POSE[:3]})).values()])
         moved = np.where(np.abs(by_poses - moved) > JUMP, moved, by_poses)
-    kept = np.arange(len(t) - 1) * 10 // (len(t) - 1) != left_out
-    return [fit(moved[k][kept], np.array(source)[:, kept], k, record.base) for k in range(3)]
+    tenth = np.arange(len(t) - 1) * 10 // (len(t) - 1)
+    return [[fit(moved[k][tenth != out], source[:, tenth != out], k, record.base) for k in range(3)] for out in left_out]
 
 
 def lateral_way(record):
     """The lateral factor over that forward by ground truth, and its standard error by tenths left out one by one."""
-    ratio, *without = (lateral / forward for forward, lateral, _ in (
-        factors(record, "ground_truth", tenth) for tenth in (None, *range(10))))
+    ratio, *without = (lateral / forward for forward, lateral, _ in factors(
+        record, "ground_truth", (None, *range(10))))
     return ratio, 3 * np.std(without)
 
 
@@ -126,7 +126,7 @@ def contradictions(record):
     for name in ("odom", "ground_truth"):
         off = [f"{direction} {factor:.3g}" + "".join(f" ({known})" for known in KNOWN
                                                      if abs(factor / KNOWN[known] - 1) < 0.04)
-               for direction, factor in zip(("forward", "lateral", "in yaw"), factors(record, name))
+               for direction, factor in zip(("forward", "lateral", "in yaw"), factors(record, name)[0])
                if factor == factor and not 1 / APART < factor < APART]
         if off:
             other = "its wheels roll" if "joint_states" in record.series else "by odometry"

@@ -54,7 +54,7 @@ def table_of(path, base, arguments):
 
 def lengths_of_odometry(record):
     """The base by which the driver turns cmd_vel into rates: that of odometry, which it makes of them."""
-    forward, lateral, yaw = factors(record, "odom")
+    forward, lateral, yaw = factors(record, "odom")[0]
     driver = Base(DRIVER_RADIUS, roller_angle=45 if abs(lateral / forward - 1) > 0.05 else record.base.roller_angle)
     size = np.nanmax((forward, lateral, 0))
     radius, lengths = record.base.wheel_radius * size, record.base.half_lengths * size / yaw

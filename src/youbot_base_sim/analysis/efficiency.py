@@ -33,7 +33,7 @@ def analyse(record):
                 no_command if what == "commanded" else record.lack("joint_states", "velocity")))
             continue
         # Of coarse positions and rare poses over pieces: noise would lower the factors.
-        factors = agreement.factors(record, "ground_truth") if what == "rolled" else [
+        factors = agreement.factors(record, "ground_truth")[0] if what == "rolled" else [
             fit(true[k], source, k, record.base) for k in range(3)]
         section.say(f"of the {what} velocity", "".join(f"{e:>11.4f}" if e == e else f"{'-':>11}" for e in factors),
                     **{f"{direction}_of_{what}": (e, "1")
