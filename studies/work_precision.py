@@ -121,7 +121,7 @@ def written_part(program, rows, references):
     """What the script writes into the page; `program` says what it was built with."""
     about = json.loads(subprocess.check_output([program]))
     processor = re.findall(r"(?m)^model name\s*: (.*)", Path("/proc/cpuinfo").read_text()) or ["unknown processor"]
-    machine = f"{time.strftime('%Y-%m-%d')}; {processor[0]}; {about['compiler']}, `{about['flags']}`; {about['libraries']}."
+    machine = f"{time.strftime('%F', time.gmtime())}; {processor[0]}; {about['compiler']}, `{about['flags']}`; {about['libraries']}."
     checks = [check["position_error_m"] for check in references if not check["failure"]]
     trust = f" The references agree with those that check them within {max(checks):.1e} m." if checks else ""
     return "\n".join([paragraph(machine + trust), best_table(rows)])
@@ -138,11 +138,11 @@ def main():
                         help="run this program rather than build one, and install nothing")
     parser.add_argument("--quick", action="store_true", help="compare at an error of 1e-5 m alone, and write nothing")
     parser.add_argument("--beside", type=Path, metavar="FILE",
-                        help="with --quick, this program too: build/bench/solve of the last release's checkout")
+                        help="--quick, with this program too: build/bench/solve of the last release's checkout")
     arguments = parser.parse_args()
     if not arguments.span >= 1:
         parser.error(f"--span = {arguments.span}: must be a number of seconds, 1 or more")
-    (compare_quickly if arguments.quick else measure_all)(arguments)
+    (compare_quickly if arguments.quick or arguments.beside else measure_all)(arguments)
 
 
 def program_of(arguments):
