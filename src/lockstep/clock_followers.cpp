@@ -40,8 +40,8 @@ constexpr unsigned kConnected = 0x01, kListening = 0x0A;  // states of sockets
 constexpr auto kRoscppPolling = std::chrono::microseconds(1200);
 constexpr auto kLatePoll = std::chrono::milliseconds(10);      // one that is later is not waited for
 constexpr int kStepsToLearn = 10;                              // one in so many waits though no node is known to poll
-constexpr auto kBetweenLinks = std::chrono::milliseconds(50);  // looks for links under way
-constexpr auto kLinking = std::chrono::seconds(1);             // for a link at most
+constexpr auto kBetweenLinks = std::chrono::milliseconds(50);  // looks for links that are not there yet
+constexpr auto kLinking = std::chrono::seconds(3);             // for a link at most
 
 using Names = std::set<std::string>;
 
@@ -58,36 +58,45 @@ bool is_here(const std::string& host) {
   return is_bound;
 }
 
-/// The processes of this machine with a socket for which `is_meant(state, local port, remote port)`; of those that may
-/// be looked into: this user's.
-template <class IsMeant>
-std::set<pid_t> holders_of(const IsMeant& is_meant) {
-  std::set<std::string> sockets;  // as /proc names them
+struct Socket {
+  unsigned state = 0, local = 0, remote = 0;  // local and remote port
+  pid_t holder = 0;
+};
+
+/// The TCP sockets of this machine's processes; of those that may be looked into: this user's.
+std::vector<Socket> tcp_sockets() {
+  std::map<std::string, Socket> known;  // as /proc names them
   for (const char* path : {"/proc/net/tcp", "/proc/net/tcp6"}) {
     std::ifstream table(path);
     for (std::string line; std::getline(table, line);) {
-      unsigned local = 0, remote = 0, state = 0;
+      Socket socket;
       unsigned long inode = 0;
-      std::sscanf(line.c_str(), "%*s %*[^:]:%x %*[^:]:%x %x %*s %*s %*s %*s %*s %lu", &local, &remote, &state, &inode);
-      if (is_meant(state, local, remote)) sockets.insert(fmt::format("socket:[{}]", inode));
+      std::sscanf(line.c_str(), "%*s %*[^:]:%x %*[^:]:%x %x %*s %*s %*s %*s %*s %lu", &socket.local, &socket.remote,
+                  &socket.state, &inode);
+      known[fmt::format("socket:[{}]", inode)] = socket;
     }
   }
-  std::set<pid_t> holders;
+  std::vector<Socket> sockets;
   glob_t files = {};
   glob("/proc/[0-9]*/fd/*", GLOB_NOSORT, nullptr, &files);
   for (std::size_t k = 0; k < files.gl_pathc; ++k) {
     std::error_code closed;
-    if (!sockets.count(std::filesystem::read_symlink(files.gl_pathv[k], closed))) continue;
-    holders.insert(std::atoi(files.gl_pathv[k] + std::strlen("/proc/")));
+    const auto socket = known.find(std::filesystem::read_symlink(files.gl_pathv[k], closed));
+    if (socket == known.end()) continue;
+    sockets.push_back(socket->second);
+    sockets.back().holder = std::atoi(files.gl_pathv[k] + std::strlen("/proc/"));
   }
   globfree(&files);
-  return holders;
+  return sockets;
 }
 
 /// The processes of this machine that answer at an address.
 std::vector<Process> processes_at(const std::string& host, unsigned port) {
-  if (!is_here(host)) return {};
-  const auto found = holders_of([=](auto state, auto local, auto) { return state == kListening && local == port; });
+  std::set<pid_t> found;
+  if (is_here(host)) {
+    for (const Socket& socket : tcp_sockets())
+      if (socket.state == kListening && socket.local == port) found.insert(socket.holder);
+  }
   return {found.begin(), found.end()};
 }
 
@@ -100,18 +109,23 @@ XmlRpc::XmlRpcValue ask_master(const char* method, const std::string& argument =
   return answer;
 }
 
+/// By topic, what the master's state says of its publishers (0) or subscribers (1).
+std::map<std::string, Names> nodes_by_topic(XmlRpc::XmlRpcValue& state, int role) {
+  std::map<std::string, Names> nodes;
+  for (int k = 0; state.valid() && k < state[role].size(); ++k) {
+    for (int i = 0; i < state[role][k][1].size(); ++i) nodes[state[role][k][0]].insert(state[role][k][1][i]);
+  }
+  return nodes;
+}
+
 /// The nodes that hear each node, by what the master knows; all have /clock and the log in common.
 std::map<std::string, Names> listeners_by_node(XmlRpc::XmlRpcValue& state) {
-  std::map<std::string, Names> subscribers, listeners;
-  if (!state.valid()) return listeners;
-  for (int k = 0; k < state[1].size(); ++k) {
-    for (int i = 0; i < state[1][k][1].size(); ++i) subscribers[state[1][k][0]].insert(state[1][k][1][i]);
-  }
-  for (int k = 0; k < state[0].size(); ++k) {
-    const std::string topic = state[0][k][0];
+  std::map<std::string, Names> listeners;
+  auto subscribers = nodes_by_topic(state, 1);
+  for (const auto& [topic, publishers] : nodes_by_topic(state, 0)) {
     if (topic == "/clock" || topic == "/rosout") continue;
-    for (int i = 0; i < state[0][k][1].size(); ++i)  // NOLINT(modernize-loop-convert): its iterators are a struct's
-      listeners[state[0][k][1][i]].insert(subscribers[topic].begin(), subscribers[topic].end());
+    for (const std::string& name : publishers)
+      listeners[name].insert(subscribers[topic].begin(), subscribers[topic].end());
   }
   return listeners;
 }
@@ -153,11 +167,16 @@ ClockFollowers::ClockFollowers(ros::NodeHandle& node, std::chrono::duration<doub
   nodes_[kMaster].processes = processes_at(ros::master::getHost(), ros::master::getPort());
 }
 
-void ClockFollowers::add(const std::string& name) {
-  master_work_.reset();
-  Node& node = nodes_[name];
+ClockFollowers::Node ClockFollowers::look_up(const std::string& name) {
+  Node node;
   std::string host, uri = ask_master("lookupNode", name);
   if (ros::network::splitURI(uri, host, node.port)) node.processes = processes_at(host, node.port);
+  return node;
+}
+
+void ClockFollowers::add(const std::string& name) {
+  master_work_.reset();
+  const Node& node = nodes_[name] = look_up(name);
   if (!node.processes.empty() || !ask_master("lookupNode", name).valid()) return;  // or it has gone
   ROS_WARN(
       "%s follows /clock from elsewhere, another machine, container or user: whether it has read what is published "
@@ -246,19 +265,52 @@ bool ClockFollowers::await_rest() {
   return true;
 }
 
-/// Waits for the links of new subscriptions. roscpp takes up to 0.4 s for one, and sleeps meanwhile, with a connection
-/// to where the other node answers XML-RPC. The master keeps such connections.
+/// Waits for the links of new subscriptions: meanwhile all may sleep, rosmaster for 0.1 s before it informs a
+/// subscriber, roscpp up to 0.4 s before it connects.
 void ClockFollowers::await_links() {
-  std::set<unsigned> ports;
-  for (const auto& [name, node] : nodes_) ports.insert(node.port);
-  const auto is_asking = [&](auto state, auto, auto remote) { return state == kConnected && ports.count(remote) > 0; };
-  for (const auto end = Clock::now() + kLinking; Clock::now() < end && goes_on();) {
-    std::set<pid_t> asking = holders_of(is_asking);
-    for (const Process& master : nodes_[kMaster].processes) asking.erase(master.id());
-    if (asking.empty()) break;
+  std::string missing = missing_link();
+  for (const auto end = Clock::now() + kLinking; !missing.empty() && Clock::now() < end && goes_on();) {
     std::this_thread::sleep_for(kBetweenLinks);
+    await_sleep();
+    missing = missing_link();
   }
+  if (!missing.empty() && goes_on()) ROS_WARN("time no longer waits for a link between %s", missing.c_str());
   await_sleep();
+}
+
+/// A node that the master knows to follow /clock and that is not linked, or two between whose processes there are fewer
+/// connections, XML-RPC aside, than topics by which one hears the other; as text, empty: there are none.
+std::string ClockFollowers::missing_link() {
+  std::set<unsigned> xmlrpc;
+  std::map<pid_t, std::string> names;
+  for (const auto& [name, node] : nodes_) {
+    xmlrpc.insert(node.port);
+    for (const Process& process : node.processes) names[process.id()] = name;
+  }
+  std::map<std::pair<unsigned, unsigned>, std::string> ends;  // of connections, by ports: its own, the other's
+  for (const Socket& socket : tcp_sockets()) {
+    if (socket.state != kConnected || xmlrpc.count(socket.local) + xmlrpc.count(socket.remote) > 0) continue;
+    ends[{socket.local, socket.remote}] = names[socket.holder];
+  }
+  std::map<std::pair<std::string, std::string>, int> links;
+  for (const auto& [ports, name] : ends) {
+    const auto other = ends.find({ports.second, ports.first});
+    if (other != ends.end() && name < other->second) ++links[{name, other->second}];
+  }
+  auto publishers = nodes_by_topic(state_, 0);
+  for (const auto& [topic, subscribers] : nodes_by_topic(state_, 1)) {
+    for (const std::string& to : subscribers) {
+      const auto listener = nodes_.find(to);
+      if (listener == nodes_.end() && topic == "/clock" && !look_up(to).processes.empty()) return "/clock and " + to;
+      if (listener == nodes_.end() || listener->second.processes.empty()) continue;
+      for (const std::string& from : publishers[topic]) {
+        const auto speaker = nodes_.find(from);
+        if (speaker == listener || speaker == nodes_.end() || speaker->second.processes.empty()) continue;
+        if (--links[std::minmax(from, to)] < 0) return from + " and " + to;
+      }
+    }
+  }
+  return "";
 }
 
 /// Waits until each node has been at rest since the last packet between them, or all have been with no work in between.

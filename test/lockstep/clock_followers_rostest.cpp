@@ -8,7 +8,9 @@
 #include <ros/master.h>
 #include <ros/ros.h>
 #include <rosgraph_msgs/Log.h>
+#include <std_msgs/Empty.h>
 
+#include <algorithm>
 #include <atomic>
 #include <chrono>
 #include <csignal>
@@ -375,6 +377,34 @@ rospy.spin()
     links.send("/listener");
     return second.out().find("heard") != std::string::npos;
   });
+}
+
+// All may sleep before the master informs a subscriber, and before roscpp connects.
+TEST(ClockFollowers, links_that_the_master_knows_of_are_waited_for) {
+  constexpr char kSpeaker[] = R"(
+import rospy, signal, std_msgs.msg
+signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGUSR1})
+rospy.init_node("speaker")
+for k in range(11):
+    print(flush=True)
+    signal.sigwait({signal.SIGUSR1})
+    rospy.Publisher(f"linked_{k}", std_msgs.msg.Empty, queue_size=1)
+    print(flush=True)
+)";
+  ros::NodeHandle node;
+  const boost::function<void(const std_msgs::EmptyConstPtr&)> ignore = [](const auto&) {};
+  Program speaker(PYTHON, {"-c", kSpeaker});
+  const auto lines = [&] { return static_cast<int>(speaker.out().size()); };
+  for (int k = 0; k < 10; ++k) {
+    const std::string topic = "/linked_" + std::to_string(k);
+    const ros::Subscriber subscriber = node.subscribe<std_msgs::Empty>(topic, 1, ignore);
+    wait_for("the speaker", [&] { return lines() == 2 * k + 1; });
+    Followers followers({"/speaker"});
+    speaker.send(SIGUSR1);
+    while (lines() == 2 * k + 1) std::this_thread::yield();
+    followers.await_rest();
+    EXPECT_EQ(subscriber.getNumPublishers(), 1u) << topic;
+  }
 }
 
 }  // namespace

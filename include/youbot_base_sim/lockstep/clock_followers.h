@@ -127,9 +127,11 @@ class ClockFollowers : public TimeGate {
 
   std::pair<std::string, double> slowest() const override { return slowest_of(nodes_); }
   bool goes_on() const { return ros::ok() && !stop_; }
+  static Node look_up(const std::string& name);
   void update_nodes();
   void await_sleep();
   void await_links();
+  std::string missing_link();
   void order_groups();
   void await_polls(const Group& group);
   static bool rests(Node& node);
