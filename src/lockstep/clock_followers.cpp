@@ -41,7 +41,7 @@ constexpr auto kRoscppPolling = std::chrono::microseconds(1200);
 constexpr auto kLatePoll = std::chrono::milliseconds(10);      // one that is later is not waited for
 constexpr int kStepsToLearn = 10;                              // one in so many waits though no node is known to poll
 constexpr auto kBetweenLinks = std::chrono::milliseconds(50);  // looks for links that are not there yet
-constexpr auto kLinking = std::chrono::seconds(3);             // for a link at most
+constexpr auto kLinking = std::chrono::seconds(10);            // for a link at most
 
 using Names = std::set<std::string>;
 
