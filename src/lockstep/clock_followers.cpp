@@ -90,12 +90,13 @@ std::vector<Socket> tcp_sockets() {
   return sockets;
 }
 
-/// The processes of this machine that answer at an address.
+/// The other processes of this machine that answer at an address. This one may hold the socket of one that started it.
 std::vector<Process> processes_at(const std::string& host, unsigned port) {
   std::set<pid_t> found;
   if (is_here(host)) {
     for (const Socket& socket : tcp_sockets())
       if (socket.state == kListening && socket.local == port) found.insert(socket.holder);
+    found.erase(getpid());
   }
   return {found.begin(), found.end()};
 }
@@ -282,21 +283,20 @@ void ClockFollowers::await_links() {
 /// connections, XML-RPC aside, than topics by which one hears the other; as text, empty: there are none.
 std::string ClockFollowers::missing_link() {
   std::set<unsigned> xmlrpc;
-  std::map<pid_t, std::string> names;
+  std::map<pid_t, Names> names;  // several of one that holds the sockets of what started it too
   for (const auto& [name, node] : nodes_) {
     xmlrpc.insert(node.port);
-    for (const Process& process : node.processes) names[process.id()] = name;
+    for (const Process& process : node.processes) names[process.id()].insert(name);
   }
-  std::map<std::pair<unsigned, unsigned>, std::string> ends;  // of connections, by ports: its own, the other's
+  std::map<std::pair<unsigned, unsigned>, Names> ends;  // of connections, by ports: its own, the other's
   for (const Socket& socket : tcp_sockets()) {
     if (socket.state != kConnected || xmlrpc.count(socket.local) + xmlrpc.count(socket.remote) > 0) continue;
-    ends[{socket.local, socket.remote}] = names[socket.holder];
+    ends[{socket.local, socket.remote}].merge(Names(names[socket.holder]));
   }
   std::map<std::pair<std::string, std::string>, int> links;
-  for (const auto& [ports, name] : ends) {
-    const auto other = ends.find({ports.second, ports.first});
-    if (other != ends.end() && name < other->second) ++links[{name, other->second}];
-  }
+  for (const auto& [ports, here] : ends)
+    for (const std::string& name : here)
+      for (const std::string& other : ends[{ports.second, ports.first}]) ++links[{name, other}];
   auto publishers = nodes_by_topic(state_, 0);
   for (const auto& [topic, subscribers] : nodes_by_topic(state_, 1)) {
     for (const std::string& to : subscribers) {
