@@ -100,7 +100,7 @@ class ChainsTest(unittest.TestCase):
                     break
                 moved = message.pose.pose.position.x
                 digest.update(f"{topic} {time.to_sec() - start:.3f} {message.pose} {message.twist}".encode())
-        self.assertGreater(moved, 0.05)
+        self.assertGreater(moved, 0.05, said)
         return digest.hexdigest()
 
     def expect_same(self, run):
