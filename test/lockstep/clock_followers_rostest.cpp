@@ -10,7 +10,6 @@
 #include <rosgraph_msgs/Log.h>
 #include <std_msgs/Empty.h>
 
-#include <algorithm>
 #include <atomic>
 #include <chrono>
 #include <csignal>
@@ -25,6 +24,7 @@
 #include "ros/base_process.h"
 #include "ros/rostest.h"
 #include "youbot_base_sim/lockstep/clock_followers.h"
+#include "youbot_base_sim/lockstep/step_reports.h"
 
 namespace youbot_base_sim {
 namespace {
@@ -46,9 +46,8 @@ class SilentNode {
     program_.send(signal);
     ros::master::check();  // packets, without which nothing wakes a node of ROS
   }
-  bool has_worked() const { return program_.out().find("done") != std::string::npos; }
-  bool polls() const { return program_.out().find("polls") != std::string::npos; }
-  bool is_late() const { return program_.out().find("late") != std::string::npos; }
+  bool says(const std::string& word) const { return program_.out().find(word) != std::string::npos; }
+  bool has_worked() const { return says("done"); }
 
  private:
   static constexpr char kProgram[] = R"(
@@ -195,7 +194,7 @@ TEST(ClockFollowers, one_that_sends_late_is_named_once_and_counted) {
   EXPECT_NE(followers.counters().at("late commands").find("\"/late\": 3"), std::string::npos);
 }
 
-TEST(ClockFollowers, one_that_is_stopped_is_waited_for_and_named) {
+TEST(ClockFollowers, one_that_is_stopped_is_named_and_waited_for_unless_this_process_ends) {
   SilentNode node("/stopped"), idle("/idle");
   Followers followers({"/stopped", "/idle"});
   Warnings warnings;
@@ -205,8 +204,11 @@ TEST(ClockFollowers, one_that_is_stopped_is_waited_for_and_named) {
   wait_for("a warning", [&] { return warnings.has("time waits for /stopped, which a signal (SIGSTOP)"); });
   EXPECT_EQ(rest.wait_for(kPatience), std::future_status::timeout);
   EXPECT_FALSE(node.has_worked());
-  node.send(SIGCONT);
+  stop = true;
   rest.wait();
+  stop = false;
+  node.send(SIGCONT);
+  followers.step();
   EXPECT_TRUE(node.has_worked());
   EXPECT_EQ(warnings.lines().find("has not rested"), std::string::npos) << warnings.lines();
 }
@@ -226,17 +228,6 @@ TEST(ClockFollowers, one_that_is_stopped_is_named_beside_a_busy_one) {
   EXPECT_EQ(warnings.lines().find("/b_stopped has not rested"), std::string::npos) << warnings.lines();
 }
 
-TEST(ClockFollowers, one_that_is_stopped_does_not_keep_the_node_from_ending) {
-  SilentNode node("/stopped");
-  Followers followers({"/stopped"});
-  node.send(SIGSTOP);
-  const auto rest = std::async(std::launch::async, [&] { followers.await_rest(); });
-  EXPECT_EQ(rest.wait_for(kPatience), std::future_status::timeout);
-  stop = true;
-  rest.wait();
-  stop = false;
-}
-
 // The test is its parent, and asks for its end only after.
 TEST(ClockFollowers, one_that_has_ended_is_not_waited_for) {
   SilentNode node("/ended");
@@ -252,12 +243,10 @@ TEST(ClockFollowers, one_that_polls_is_waited_for_though_late) {
   SilentNode node("/polls");
   Followers followers({"/polls"});
   node.send(SIGHUP);
-  wait_for("polls", [&] { return node.polls(); });
-  for (int k = 0; k < 10; ++k) {
-    followers.step();
-  }
+  wait_for("polls", [&] { return node.says("polls"); });
+  for (int k = 0; k < 10; ++k) followers.step();
   node.send(SIGUSR1);
-  while (!node.is_late()) std::this_thread::sleep_for(std::chrono::microseconds(100));
+  while (!node.says("late")) std::this_thread::sleep_for(std::chrono::microseconds(100));
   followers.step();
   EXPECT_TRUE(node.has_worked());
 }
@@ -268,7 +257,7 @@ TEST(ClockFollowers, one_with_many_threads_is_named_once) {
   Warnings warnings;
   for (SilentNode* node : {&many, &few}) {
     node->send(SIGHUP);
-    wait_for("threads", [&] { return node->polls(); });
+    wait_for("threads", [&] { return node->says("polls"); });
   }
   for (int k = 0; k < 30; ++k) followers.step();
   wait_for("a warning", [&] { return warnings.has("/many has 151 threads"); });
@@ -283,7 +272,7 @@ TEST(ClockFollowers, several_rest_between_their_polls) {
     nodes.push_back(std::make_unique<SilentNode>(name));
     followers.add(name);
     nodes.back()->send(SIGHUP);
-    wait_for("polls", [&] { return nodes.back()->polls(); });
+    wait_for("polls", [&] { return nodes.back()->says("polls"); });
   }
   for (int k = 0; k < 3; ++k) followers.await_rest();
   EXPECT_EQ(warnings.lines().find("has not rested"), std::string::npos) << warnings.lines();
@@ -405,6 +394,20 @@ for k in range(11):
     followers.await_rest();
     EXPECT_EQ(subscriber.getNumPublishers(), 1u) << topic;
   }
+}
+
+TEST(StepReports, begin_with_a_silence_while_newcomers_hear_the_time) {
+  Warnings warnings;
+  ros::NodeHandle node;
+  int sent = 0;
+  const auto gate = make_step_reports(node, {"/restless"}, std::chrono::milliseconds(50), [&](ros::Time) { ++sent; });
+  for (int k = 0; k < 2; ++k) gate->announce(ros::Time(1));
+  EXPECT_EQ(sent, 2);
+  wait_for("a warning", [&] {
+    gate->note_message("/restless");
+    return gate->await_rest() || warnings.has("/restless reports without a pause");
+  });
+  EXPECT_FALSE(gate->is_ready());
 }
 
 }  // namespace

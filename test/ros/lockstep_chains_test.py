@@ -1,7 +1,7 @@
 #!/usr/bin/python3
 """Chains of nodes have the same result in each run: with loops or timers of their own, in C++ and Python, with a second base,
-or with ~wait_for. RUNS in the environment: how often, 3 unless set. As a node: lockstep_chains_test.py KIND STYLE IN OUT,
-as lockstep_node.cpp."""
+or with ~wait_for. As a node: lockstep_chains_test.py KIND STYLE IN OUT, as lockstep_node.cpp. In the environment, RUNS: how
+often, 3 unless set; CHAINS, such as "filter loop C++ Python, mux timer C++ topic_tools"; END_TIME, s."""
 
 import hashlib
 import os
@@ -9,6 +9,7 @@ import signal
 import subprocess
 import sys
 import tempfile
+import time
 import unittest
 import xmlrpc.client
 
@@ -21,10 +22,15 @@ from nav_msgs.msg import Odometry
 from std_srvs.srv import Empty
 
 RUNS = int(os.environ.get("RUNS", "3"))
-CPP = ["rosrun", "youbot_base_sim", "lockstep_node"]
+CHAINS = os.environ.get("CHAINS", "filter loop C++ Python, filter timer Python C++, filter timer C++ C++, mux loop C++ C++, "
+                        "mux timer Python Python").split(", ")
 PYTHON = [sys.executable, os.path.abspath(__file__)]
-CHAINS = {"filter": (("filter", "odom", "filtered"), ("controller", "filtered", "cmd_vel")),
-          "mux": (("controller", "odom", "teleop"), ("mux", "teleop", "cmd_vel"))}
+PROGRAMS = {"C++": ["rosrun", "youbot_base_sim", "lockstep_node"], "Python": PYTHON,
+            "topic_tools": ["rosrun", "topic_tools", "mux", "cmd_vel", "teleop", "mux:=select"],
+            "robot_localization": ["rosrun", "robot_localization", "ekf_localization_node", "odometry/filtered:=filtered"]}
+NODES = {"controller": (("controller", "odom", "cmd_vel"),),
+         "filter": (("filter", "odom", "filtered"), ("controller", "filtered", "cmd_vel")),
+         "mux": (("controller", "odom", "teleop"), ("mux", "teleop", "cmd_vel"))}
 REPORTING = {"a": ["rosrun", "youbot_base_sim", "report_steps"],
              "b": [sys.executable, os.path.dirname(PYTHON[1]) + "/../../examples/report_steps/report_steps.py"]}
 
@@ -43,15 +49,21 @@ def answer(kind, heard, filtered=Odometry()):
 def run_node(kind, style, topic, out):
     rospy.init_node("node")
     heard = []
-    rospy.Subscriber(topic, Twist if kind == "mux" else Odometry, lambda message: heard.__setitem__(slice(None), [message]))
     publisher = rospy.Publisher(out, Odometry if kind == "filter" else Twist, queue_size=10)
 
     def act(_event=None):
         if heard:
             publisher.publish(answer(kind, heard[0]))
 
+    def hear(message):
+        heard[:] = [message]
+        if style == "callback":
+            act()
+
+    rospy.Subscriber(topic, Twist if kind == "mux" else Odometry, hear)
     if style == "timer":
         rospy.Timer(rospy.Duration(0.02), act)
+    if style != "loop":
         rospy.spin()
     rate = rospy.Rate(50)
     while not rospy.is_shutdown():
@@ -95,11 +107,11 @@ class ChainsTest(unittest.TestCase):
         digest, moved = hashlib.sha1(), 0
         with rosbag.Bag(self.bag) as bag:
             start = bag.get_start_time()
-            for topic, message, time in bag.read_messages([namespace + "/odom", namespace + "/ground_truth"]):
-                if time.to_sec() > start + 0.505:
+            for topic, message, stamp in bag.read_messages([namespace + "/odom", namespace + "/ground_truth"]):
+                if stamp.to_sec() > start + 0.505:
                     break
                 moved = message.pose.pose.position.x
-                digest.update(f"{topic} {time.to_sec() - start:.3f} {message.pose} {message.twist}".encode())
+                digest.update(f"{topic} {stamp.to_sec() - start:.3f} {message.pose} {message.twist}".encode())
         self.assertGreater(moved, 0.05, said)
         return digest.hexdigest()
 
@@ -115,29 +127,32 @@ class ChainsTest(unittest.TestCase):
         while not {"/clock", *topics} <= registered_topics(node):
             rospy.rostime.wallsleep(0.05)
 
-    def run_chain(self, chain, style, programs):
-        base = self.start_base("_end_time:=0.6", "_start_paused:=true")
+    def run_chain(self, chain, style, *programs):
+        base = self.start_base("_end_time:=" + os.environ.get("END_TIME", "0.6"), "_start_paused:=true")
         names = ("/a_" + chain, "/b_" + chain)
-        for program, arguments, name in zip(programs, CHAINS[chain], names):
-            self.start(*program, arguments[0], style, *arguments[1:], "__name:=" + name[1:], stderr=subprocess.DEVNULL)
+        for program, (kind, topic, out), name in zip(programs, NODES[chain], names):
+            own = (kind, style, topic, out) if program in ("C++", "Python") else ()
+            self.start(*PROGRAMS[program], *own, "__name:=" + name[1:], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
         rospy.wait_for_service("/base_node/unpause")
-        for name, (_, topic, out) in zip(names, CHAINS[chain]):
-            self.await_topics(name, "/" + topic, "/" + out)
+        for name, (_, topic, out), program in zip(names, NODES[chain], programs):
+            self.await_topics(name, "/" + topic, *["/" + out] * (program != "topic_tools"))  # whose type comes with a message
         rospy.ServiceProxy("/base_node/unpause", Empty)()
-        return self.digest(base)
+        begun = time.monotonic()
+        digest = self.digest(base)
+        print(chain, style, *programs, digest[:8], f"{time.monotonic() - begun:.3f} s", flush=True)
+        return digest
 
     def test_chains(self):
-        for row in (("filter", "loop", (CPP, PYTHON)), ("filter", "timer", (PYTHON, CPP)), ("filter", "timer", (CPP, CPP)),
-                    ("mux", "loop", (CPP, CPP)), ("mux", "timer", (PYTHON, PYTHON))):
-            self.expect_same(lambda: self.run_chain(*row))
+        for chain in CHAINS:
+            self.expect_same(lambda: self.run_chain(*chain.split()))
 
     def run_two_bases(self, names=["/base_node", "/second/base_node", "/second/controller"]):
         """Started in this order, in every other run in the opposite one."""
         starts = {"/base_node": lambda: self.start_base("_end_time:=0.6", "_start_paused:=true"),
                   "/second/base_node": lambda: self.start_base("__ns:=second", "_publish_clock:=false", "_lockstep:=false",
                                                                "_real_time_factor:=1", f"_bag:={self.bag}2"),
-                  "/second/controller": lambda: self.start(*CPP, "controller", "loop", "odom", "cmd_vel", "__ns:=second",
-                                                           "__name:=controller", stderr=subprocess.DEVNULL)}
+                  "/second/controller": lambda: self.start(*PROGRAMS["C++"], "controller", "loop", "odom", "cmd_vel",
+                                                           "__ns:=second", "__name:=controller", stderr=subprocess.DEVNULL)}
         nodes = {}
         for name in names:
             nodes[name] = starts[name]()
