@@ -36,13 +36,11 @@ boost::shared_ptr<ros::M_string> latching(const Message& message) {
 // Called with the first message, so that a bag without one, or without room for it, leaves nothing.
 void BagWriter::open_bag() {
   make_room();
-  {
-    const std::lock_guard<std::mutex> lock(bag_plugins);
-    bag_.reset(new rosbag::Bag, [](rosbag::Bag* bag) {
-      const std::lock_guard<std::mutex> lock_to_delete(bag_plugins);
-      delete bag;
-    });
-  }
+  const std::lock_guard<std::mutex> lock(bag_plugins);
+  bag_.reset(new rosbag::Bag, [](rosbag::Bag* bag) {
+    const std::lock_guard<std::mutex> lock_to_delete(bag_plugins);
+    delete bag;
+  });
   bag_->open(file_.name(), rosbag::bagmode::Write);
   reserved_ = 0;  // given back: rosbag empties the file
 }

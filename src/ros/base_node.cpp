@@ -5,7 +5,6 @@
 #include <ros/ros.h>
 
 #include <algorithm>
-#include <chrono>
 #include <cstdint>
 #include <memory>
 #include <optional>
@@ -32,15 +31,13 @@ namespace youbot_base_sim {
 
 namespace {
 
-using SteadyClock = std::chrono::steady_clock;
-
 constexpr double kRecorderDelay = 0.2;    // s of wall time from a recorder's subscription to its first message at most
 constexpr double kFlushDelay = 0.2;       // s of wall time for the last message to leave before the node ends
 constexpr double kDiagnosticsRate = 0.5;  // Hz, as the driver's
 constexpr double kMaxAhead = 0.02;  // s of simulated time that may pass at once, unless a control period is longer
 
 // Diagnostics report what time waits for after a second and then every two, the console every tenth second.
-constexpr auto kFirstNotice = std::chrono::seconds(1), kNextNotice = std::chrono::seconds(2);
+const ros::WallDuration kFirstNotice(1), kNextNotice(2);
 constexpr int kNoticesPerLine = 5;
 
 /// One number if all wheels have the same, else four.
@@ -98,7 +95,7 @@ class BaseNode final : private TimedLoop {
   /// The reason why simulated time does not advance, and its reports.
   struct Wait {
     std::string what;  ///< empty: it advances
-    SteadyClock::time_point due;
+    ros::SteadyTime due;
     int reports = 0;
   };
 
@@ -202,9 +199,9 @@ class BaseNode final : private TimedLoop {
   const std::string& commander() const override { return interface_->commander(); }
 
   bool await_command(double patience, const char* what) override {
-    const auto end = SteadyClock::now() + std::chrono::duration<double>(patience);
+    const auto begin = ros::SteadyTime::now();
     while (commander().empty() && !interrupted()) {
-      const double left = std::chrono::duration<double>(end - SteadyClock::now()).count();
+      const double left = patience - (ros::SteadyTime::now() - begin).toSec();
       if (left <= 0) break;
       clock_->timing().idle([&] { queue_.callOne(ros::WallDuration(std::min(left, kPollInterval))); });
       if (!commander().empty() || has_callbacks()) continue;
@@ -235,7 +232,7 @@ class BaseNode final : private TimedLoop {
 
   /// Reports what time waits for once that takes long; the text may change from call to call.
   void report_wait(const std::string& what, ros::console::Level level = ros::console::levels::Info) {
-    const auto now = SteadyClock::now();
+    const auto now = ros::SteadyTime::now();
     if (wait_.what.empty()) wait_ = {what, now + kFirstNotice};
     wait_.what = what;
     if (now < wait_.due) return;
@@ -284,9 +281,7 @@ class BaseNode final : private TimedLoop {
     }
     const BaseDriver::Events events = loop_.take_driver_events();
     if (events.base_lost) ROS_WARN("EtherCAT is lost: the base is not connected until reconnect is called");
-    if (events.timed_out) {
-      ROS_WARN("no command for %g s: the wheels are stopped", settings_.driver.command_timeout);
-    }
+    if (events.timed_out) ROS_WARN("no command for %g s: the wheels are stopped", settings_.driver.command_timeout);
     log_tipping();
     if (ControlTime::reached(end_, loop_.time())) end("~end_time has come");
   }
@@ -319,13 +314,11 @@ class BaseNode final : private TimedLoop {
   /// Writes to the bag. A failed bag cannot be continued: the node goes on without it, or ends if it is required.
   void record(const Events& events, bool is_due) {
     if (!bag_) return;
-    try {
+    bag_failure_ = refusal_of([&] {
       bag_->write(telemetry_, events);
       if (is_due) bag_->write(telemetry_, loop_.simulation(), loop_.sensors(), loop_.time());
-      return;
-    } catch (const std::runtime_error& error) {
-      bag_failure_ = error.what();
-    }
+    });
+    if (bag_failure_.empty()) return;
     bag_.reset();
     publish_diagnostics(loop_.time());
     if (settings_.bag_required) {
@@ -358,11 +351,9 @@ class BaseNode final : private TimedLoop {
       auto message = diagnostics_message(loop_.driver(), loop_.simulation(), timing, what, clock_->counters(),
                                          settings_.has_arms, now);
       if (!settings_.bag.empty()) message.status.push_back(bag_status(settings_.bag, bag_failure_));
-      std::string robot = node_.getNamespace();  // one of several; "/" or, for a nodelet, empty
+      std::string robot = node_.getNamespace() + "/";  // "/" and, for a nodelet, "" name none of several
       robot.erase(0, robot.find_first_not_of('/'));
-      for (auto& status : message.status) {
-        if (!robot.empty()) status.name.insert(0, robot + "/");
-      }
+      for (auto& status : message.status) status.name.insert(0, robot);
       return message;
     });
 #ifdef YOUBOT_BASE_SIM_PR2_MSGS

@@ -124,28 +124,23 @@ void read_sensors(Parameters& parameters, BaseSensors::Options& sensors) {
 
 constexpr char kFrames[] = "a frame of at most 200 letters, digits, _ - . and slashes between them";
 
-/// Throws unless `name` can be a frame's.
-void require_frame(const Parameters& parameters, const std::string& parameter, const std::string& name) {
-  static const std::regex frame("/?[[:alnum:]_.-]+(/[[:alnum:]_.-]+)*");
-  parameters.require(name.size() <= 200 && std::regex_match(name, frame), parameter, '"' + name + '"', kFrames);
-}
-
 /// tf_prefix is searched for upwards from the node's own namespace, as robot_state_publisher does.
 FrameNames read_frames(Parameters& parameters) {
   std::string prefix, odom = kOdometryFrame, base = kBaseFrame, world = kWorldFrame;
-  if (!parameters.read("tf_prefix", prefix, kFrames)) parameters.search("tf_prefix", prefix, kFrames);
-  if (!prefix.empty()) require_frame(parameters, "tf_prefix", prefix);
-  const auto read = [&parameters](const char* name, std::string& frame) {
-    if (parameters.read(name, frame, kFrames)) require_frame(parameters, name, frame);
+  const auto read = [&parameters](const char* name, std::string& frame, bool is_prefix = false) {
+    static const std::regex allowed("/?[[:alnum:]_.-]+(/[[:alnum:]_.-]+)*");
+    const bool given = parameters.read(name, frame, kFrames) || (is_prefix && parameters.search(name, frame, kFrames));
+    const bool holds = (is_prefix && frame.empty()) || (frame.size() <= 200 && std::regex_match(frame, allowed));
+    parameters.require(holds || !given, name, '"' + frame + '"', kFrames);
   };
+  read("tf_prefix", prefix, true);
   read("odom_frame", odom);
   read("base_frame", base);
   read("world_frame", world);
   FrameNames frames = FrameNames::of(prefix, odom, base, world);
   read("map_frame", frames.map);
-  const std::string distinct = "another than those of the base and of the world: TF would have a loop";
   parameters.require(frames.odom != frames.base && frames.odom != frames.world, "odom_frame", '"' + odom + '"',
-                     distinct);
+                     "another than those of the base and of the world: TF would have a loop");
   parameters.require(frames.base != frames.world, "base_frame", '"' + base + '"', "another than that of the world");
   return frames;
 }

@@ -236,8 +236,7 @@ ContactsStamped contacts_message(const Simulation& simulation, const ros::Time& 
 }
 
 Eigen::Vector3d platform_force(const Wrench& wrench, double psi) {
-  if (!wrench.fixed) return wrench.force;
-  return turned(wrench.force, -psi);
+  return wrench.fixed ? turned(wrench.force, -psi) : wrench.force;
 }
 
 geometry_msgs::WrenchStamped wrench_message(const std::vector<Wrench>& wrenches, double psi, const ros::Time& stamp,

@@ -18,10 +18,11 @@ DiagnosticStatusWrapper driver_status(const std::string& name, bool ok, const st
   return status;
 }
 
-DiagnosticStatusWrapper own_status(const std::string& subject, bool ok, const std::string& message) {
-  DiagnosticStatusWrapper status = driver_status("youbot_base_sim: " + subject, ok, message);
+/// With the warning, or, where that is empty, the message `good`.
+DiagnosticStatusWrapper own_status(const std::string& subject, const std::string& warning, const std::string& good) {
+  DiagnosticStatusWrapper status = driver_status("youbot_base_sim: " + subject, true, good);
   status.hardware_id = "simulation";
-  if (!ok) status.level = status.WARN;
+  if (!warning.empty()) status.summary(status.WARN, warning);
   return status;
 }
 
@@ -33,10 +34,8 @@ std::string motor_status_text(const BaseDriver& driver, int i) {
 }
 
 DiagnosticStatusWrapper wheels_status(const BaseDriver& driver, const Simulation& simulation) {
-  DiagnosticStatusWrapper status = own_status("wheels", !driver.timed_out(),
-                                              driver.timed_out()   ? "stopped: no command for too long"
-                                              : driver.motors_on() ? "motors on"
-                                                                   : "motors off");
+  DiagnosticStatusWrapper status = own_status("wheels", driver.timed_out() ? "stopped: no command for too long" : "",
+                                              driver.motors_on() ? "motors on" : "motors off");
   const auto rollers = simulation.rollers();
   const auto others = simulation.other_rollers();
   for (int i = 0; i < kWheels; ++i) {
@@ -50,7 +49,7 @@ DiagnosticStatusWrapper wheels_status(const BaseDriver& driver, const Simulation
 }
 
 DiagnosticStatusWrapper faults_status(const Faults& faults) {
-  DiagnosticStatusWrapper status = own_status("faults", !faults.any(), faults.any() ? "faults are simulated" : "none");
+  DiagnosticStatusWrapper status = own_status("faults", faults.any() ? "faults are simulated" : "", "none");
   if (faults.ethercat_lost) status.add("EtherCAT", "lost");
   for (int i = 0; i < kWheels; ++i) {
     if (faults.silent[i]) status.add(wheel_joint(i), "does not answer");
@@ -64,12 +63,9 @@ DiagnosticStatusWrapper faults_status(const Faults& faults) {
 
 DiagnosticStatusWrapper integration_status(const Simulation& simulation) {
   const IntegrationStatistics& statistics = simulation.statistics();
-  const bool accurate = statistics.fallback_steps == 0;
   DiagnosticStatusWrapper status =
-      own_status("integration", accurate,
-                 !accurate                       ? "fallback steps, of first order, were needed"
-                 : statistics.eased_periods == 0 ? "accurate"
-                                                 : "accurate, but wheels that chatter were held early");
+      own_status("integration", statistics.fallback_steps == 0 ? "" : "fallback steps, of first order, were needed",
+                 statistics.eased_periods == 0 ? "accurate" : "accurate, but wheels that chatter were held early");
   status.add("model", name_of(simulation.scene().model));
   status.add("method", simulation.method());
   status.add("regularization speed (m/s)", simulation.regularization_speed());
@@ -81,7 +77,7 @@ DiagnosticStatusWrapper integration_status(const Simulation& simulation) {
 }
 
 DiagnosticStatusWrapper reactions_status(const ReactionRecord& record) {
-  DiagnosticStatusWrapper status = own_status("normal reactions", true, "every wheel presses or lifts without tipping");
+  DiagnosticStatusWrapper status = own_status("normal reactions", "", "every wheel presses or lifts without tipping");
   if (record.tipped != Side::kNone) {
     const bool now = record.tipping != Side::kNone;
     const std::string what =
@@ -100,7 +96,7 @@ DiagnosticStatusWrapper reactions_status(const ReactionRecord& record) {
 
 DiagnosticStatusWrapper timing_status(const LoopTiming::Report& timing) {
   DiagnosticStatusWrapper status =
-      own_status("loop", timing.lost == 0, timing.lost == 0 ? "in time" : "too slow for the requested rate");
+      own_status("loop", timing.lost == 0 ? "" : "too slow for the requested rate", "in time");
   status.add("instants", timing.instants);
   status.addf("mean lateness (us)", "%.1f", 1e6 * timing.lateness);
   status.addf("max lateness (us)", "%.1f", 1e6 * timing.max_lateness);
@@ -130,14 +126,14 @@ diagnostic_msgs::DiagnosticArray diagnostics_message(const BaseDriver& driver, c
       integration_status(simulation),
       timing_status(timing)};
   if (const auto record = simulation.reaction_record()) message.status.push_back(reactions_status(*record));
-  DiagnosticStatusWrapper time = own_status("time", waits_for.empty(), waits_for.empty() ? "advances" : waits_for);
+  DiagnosticStatusWrapper time = own_status("time", waits_for, "advances");
   for (const auto& [name, value] : counters) time.add(name, value);
   message.status.push_back(time);
   return message;
 }
 
 diagnostic_msgs::DiagnosticStatus bag_status(const std::string& path, const std::string& failure) {
-  DiagnosticStatusWrapper status = own_status("bag", true, "is being written");
+  DiagnosticStatusWrapper status = own_status("bag", "", "is being written");
   if (!failure.empty()) status.summary(status.ERROR, failure);
   status.add("file", path);
   return status;

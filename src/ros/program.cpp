@@ -115,8 +115,7 @@ bool Parameters::read_choice(const std::string& name, std::string& value, const 
 }
 
 bool Parameters::read(const std::string& name, bool& value, const char* unset) {
-  const char* const by_value = value ? "true" : "false";
-  return read(name, unset ? unset : by_value, "true or false", [&](XmlRpcValue& set) {
+  return read(name, unset ? unset : fmt::format("{}", value), "true or false", [&](XmlRpcValue& set) {
     if (set.getType() != XmlRpcValue::TypeBoolean) return false;
     value = static_cast<bool>(set);
     return true;

@@ -34,9 +34,7 @@ void add_rollers(const Simulation& simulation, sensor_msgs::JointState& message)
 
 Telemetry::Telemetry(const Scene& scene, const Options& options) : options_(options), markers_(options.markers) {
   joints_.name = joint_names(options.casters, options.rollers ? scene.robot.rollers : 0);
-  joints_.position.resize(joints_.name.size());
-  joints_.velocity.resize(joints_.name.size());
-  joints_.effort.resize(joints_.name.size());
+  for (auto* values : {&joints_.position, &joints_.velocity, &joints_.effort}) values->resize(joints_.name.size());
 }
 
 nav_msgs::Odometry Telemetry::odometry(const BaseSensors& sensors, const ros::Time& stamp) const {

@@ -111,10 +111,6 @@ def read(A):
     return min((one for one in found if one[0] < least + 0.02), key=lambda one: (one[1], one[0]))[2]
 
 
-def named(wheels):
-    return " and ".join(WHEELS[k] for k in wheels)
-
-
 def judge_matrix(A, turned, base, findings):
     """The share is that of the motion: what a node makes of slip, in which wheels seldom turn, hardly moves its pose."""
     reading = read(A)
@@ -125,9 +121,9 @@ def judge_matrix(A, turned, base, findings):
     wrong = [k for k, wheel in enumerate(reading.order) if k != wheel]
     add(not wrong, "order of wheels", "; ".join(f"takes {WHEELS[reading.order[k]]} for {WHEELS[k]}" for k in wrong)
         or "fl, fr, bl, br by their names")
-    backward = [k for k, sign in enumerate(reading.signs) if sign < 0]
-    hint = ": the driver's velocities have the motors' signs" if backward == [0, 2] else ""
-    add(not backward, "signs of wheels", f"{named(backward)} count backwards{hint}" if backward else "forward on all")
+    backward = [wheel for wheel, sign in zip(WHEELS, reading.signs) if sign < 0]
+    hint = ": the driver's velocities have the motors' signs" if backward == ["fl", "bl"] else ""
+    add(not backward, "signs of wheels", f"{' and '.join(backward)} count backwards{hint}" if backward else "forward on all")
     along, across, turn = reading.factors
     add(not reading.swapped, "axes", "X and Y are exchanged" if reading.swapped else "X forward, Y to the left")
     for name, factor in (("forward", along), ("lateral", across), ("yaw", turn)):
@@ -215,12 +211,10 @@ def off(record, poses, t):
 
 def rolled(drive, base):
     """Poses by ideal kinematics of this base's wheels."""
-    pose, poses = np.zeros(3), [np.zeros(3)]
-    for X, Y, yaw in np.array(base.velocities(drive.turned())).T:
-        middle = pose[2] + yaw / 2
-        pose = pose + (np.cos(middle) * X - np.sin(middle) * Y, np.sin(middle) * X + np.cos(middle) * Y, yaw)
-        poses.append(pose)
-    return np.array(poses)
+    X, Y, yaw = base.velocities(drive.turned())
+    middle = np.cumsum(yaw) - yaw / 2
+    steps = np.array([np.cos(middle) * X - np.sin(middle) * Y, np.sin(middle) * X + np.cos(middle) * Y, yaw]).T
+    return np.vstack([np.zeros(3), np.cumsum(steps, axis=0)])
 
 
 def judge(rolling, slipping, base):

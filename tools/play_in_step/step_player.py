@@ -93,24 +93,11 @@ def seconds_between(early, late):
     return late.secs - early.secs + 1e-9 * (late.nsecs - early.nsecs)
 
 
-def raw_class(kind, md5sum, definition):
+def raw_class(connection):
     """A class of messages that are published as the bytes that they are."""
-    import genpy
-
-    class Raw(genpy.Message):
-        __slots__ = ["_buff"]
-        _type, _md5sum, _full_text, _has_header = kind, md5sum, definition, False
-
-        def __init__(self, data=b""):
-            self._buff = data
-
-        def serialize(self, buff):
-            buff.write(self._buff)
-
-        def deserialize(self, data):
-            self._buff = data
-            return self
-    return Raw
+    import rospy
+    return type("Raw", (rospy.AnyMsg,), {"_type": connection.type, "_md5sum": connection.md5sum,
+                                         "_full_text": connection.definition})
 
 
 class Gate:
@@ -147,8 +134,7 @@ class Outputs:
     def __init__(self, path, played):
         import rosbag
         self.bag = rosbag.Bag(path, "w") if path else None
-        self.played, self.own = played, None
-        self.subscribers, self.classes, self.waiting = {}, {}, []
+        self.played, self.subscribers, self.waiting = played, {}, []
         self.hashes, self.counts = {}, Counter()
 
     def find(self, topics):
@@ -161,27 +147,22 @@ class Outputs:
                                                        tcp_nodelay=True)
 
     def take(self, message, topic):
-        header = message._connection_header
-        self.waiting.append((topic, header["callerid"], len(self.waiting), header, message._buff))
+        self.waiting.append((topic, message._connection_header["callerid"], len(self.waiting), message))
 
     def write(self, now):
         """The messages since the last call, with this time."""
         import genpy
         waiting, self.waiting = sorted(self.waiting, key=lambda one: one[:3]), []
-        for topic, node, _, header, data in waiting:
+        for topic, node, _, message in waiting:
+            data, header = message._buff, message._connection_header
             self.hashes.setdefault(topic, hashlib.sha256()).update(b"%d %d %d " % (*now, len(data)) + data)
             self.counts[topic] += 1
-            if not self.bag:
-                continue
-            kind = header["type"], header["md5sum"], header["message_definition"]
-            if kind not in self.classes:
-                self.classes[kind] = raw_class(*kind)
-            self.bag.write(topic, (kind[0], data, kind[1], None, self.classes[kind]), genpy.Time(*now), raw=True,
-                           connection_header={"topic": topic, "type": kind[0], "md5sum": kind[1],
-                                              "message_definition": kind[2], "callerid": node})
+            if self.bag:
+                kind = {key: header[key] for key in ("type", "md5sum", "message_definition")}
+                self.bag.write(topic, message, genpy.Time(*now), connection_header={"topic": topic, **kind, "callerid": node})
 
 
-def await_nodes(arguments, gate, topics_of):
+def await_nodes(arguments, gate):
     """Until the nodes that are waited for follow /clock. Throws Failed where they do not come."""
     import rospy
     known, since, deadline = None, time.monotonic(), time.monotonic() + 60
@@ -206,10 +187,9 @@ def await_nodes(arguments, gate, topics_of):
 def play(messages, arguments, gate, outputs):
     """Plays all. Returns the time played, s."""
     import rospy
-    publishers = {topic: rospy.Publisher(topic, raw_class(one.type, one.md5sum, one.definition), queue_size=100,
-                                         latch=one.latching == "1", tcp_nodelay=True)
+    publishers = {topic: rospy.Publisher(topic, raw_class(one), queue_size=100, latch=one.latching == "1", tcp_nodelay=True)
                   for topic, one in messages.connections.items()}
-    nodes = await_nodes(arguments, gate, publishers)
+    nodes = await_nodes(arguments, gate)
     outputs.find(rospy.get_published_topics())
     period, now, first = round(1e9 * arguments.period), None, None
     with Progress(messages.count) as progress:
@@ -220,7 +200,7 @@ def play(messages, arguments, gate, outputs):
                 gate.advance(divmod(now, 10 ** 9))
                 outputs.write(divmod(now, 10 ** 9))
             first = first if first is not None else now
-            publishers[absolute(connection.topic)].publish(publishers[absolute(connection.topic)].data_class(data))
+            publishers[absolute(connection.topic)].publish(rospy.AnyMsg().deserialize(data))
             gate.advance(divmod(now, 10 ** 9))
             outputs.write(divmod(now, 10 ** 9))
             if number % 100 == 0:

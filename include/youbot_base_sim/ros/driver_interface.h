@@ -44,12 +44,11 @@ class DriverInterface {
     subscribe<geometry_msgs::Twist>(node, kTwistTopic, [kinematics = settings.sensors.kinematics](const auto& m) {
       return wheel_command(m, kinematics);
     });
-    hear<geometry_msgs::WrenchStamped>(private_node, kWrenchTopic, "~",
-                                       [this](const geometry_msgs::WrenchStamped& message) {
-                                         const Wrench wrench = wrench_of(message, frames_, odom_pose()[2]);
-                                         warn_of_vertical_force(wrench);
-                                         return wrench;
-                                       });
+    hear<geometry_msgs::WrenchStamped>(private_node, kWrenchTopic, "~", [this](const auto& message) {
+      const Wrench wrench = wrench_of(message, frames_, odom_pose()[2]);
+      warn_of_vertical_force(wrench);
+      return wrench;
+    });
     if (settings.listen_to_initialpose) {
       hear<geometry_msgs::PoseWithCovarianceStamped>(
           node, kInitialPoseTopic, "", [this](const auto& message) { return state_of(message, frames_, odom_pose()); });
@@ -101,8 +100,7 @@ class DriverInterface {
       const std::string reason = refusal([&] { return make_request(*message); });
       if (!reason.empty()) log_.warn(topic, fmt::format("{}{}: {}: rejected", prefix, topic, reason));
     };
-    request_subscribers_.push_back(
-        node.subscribe<Message>(topic, kCommandQueueSize, take, ros::VoidConstPtr(), no_delay()));
+    request_subscribers_.push_back(node.subscribe<Message>(topic, kCommandQueueSize, take, {}, no_delay()));
   }
 
   /// Without this Nagle's algorithm may hold a command back for 40 ms.

@@ -18,7 +18,7 @@ struct FrameNames {
   std::string base = kBaseFrame;      ///< over O; its pose in `odom` is that of wheel odometry
   std::string world = kWorldFrame;    ///< the fixed frame of the scene, which robots share
   std::string truth = std::string("ground_truth/") + kBaseFrame;  ///< where the base is
-  std::string map;  ///< another name of `world` in what is asked of the node; empty: none
+  std::string map = {};  ///< another name of `world` in what is asked of the node; empty: none
 
   /// The frames of the robot with this prefix, as robot_state_publisher adds it. A name that begins with a slash goes
   /// without it. `world` never has it.
@@ -29,9 +29,8 @@ struct FrameNames {
     const auto prefixed = [&](const std::string& name) {
       return name.front() == '/' ? without_slash(name) : prefix + name;
     };
-    return {
-        prefix, prefixed(odom), prefixed(base), without_slash(world), prefix + "ground_truth/" + without_slash(base),
-        ""};
+    return {prefix, prefixed(odom), prefixed(base), without_slash(world),
+            prefix + "ground_truth/" + without_slash(base)};
   }
 
   std::string base_link() const { return prefix + kBaseLinkFrame; }

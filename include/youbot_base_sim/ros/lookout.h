@@ -5,18 +5,16 @@
 #include <ros/ros.h>
 #include <tf2_msgs/TFMessage.h>
 
-#include <algorithm>
 #include <map>
 #include <set>
 #include <string>
 #include <utility>
-#include <vector>
 
 #include "youbot_base_sim/ros/base_settings.h"
 
 namespace youbot_base_sim {
 
-using Publishers = std::map<std::string, std::vector<std::string>>;
+using Publishers = std::map<std::string, std::set<std::string>>;
 
 /// The names of the nodes that publish, by the full name of their topic; empty if the master does not answer.
 inline Publishers publishers() {
@@ -26,7 +24,7 @@ inline Publishers publishers() {
   Publishers nodes;
   for (int k = 0; k < state[0].size(); ++k) {
     for (int i = 0; i < state[0][k][1].size(); ++i)  // NOLINT(modernize-loop-convert): its iterators are a struct's
-      nodes[state[0][k][0]].push_back(state[0][k][1][i]);
+      nodes[state[0][k][0]].insert(state[0][k][1][i]);
   }
   return nodes;
 }
@@ -47,7 +45,7 @@ class Lookout {
   Lookout& operator=(const Lookout&) = delete;
 
  private:
-  using Names = std::vector<std::string>;
+  using Names = std::set<std::string>;
 
   void look(const ros::WallTimerEvent& /*event*/) {
     timer_.setPeriod(ros::WallDuration(5), false);
@@ -91,7 +89,7 @@ class Lookout {
   /// The nodes but this one that publish a topic.
   Names others(Publishers& nodes, const std::string& topic) const {
     Names names = nodes[node_.resolveName(topic)];
-    names.erase(std::remove(names.begin(), names.end(), ros::this_node::getName()), names.end());
+    names.erase(ros::this_node::getName());
     return names;
   }
 

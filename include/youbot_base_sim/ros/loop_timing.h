@@ -1,7 +1,8 @@
 #pragma once
 
+#include <ros/time.h>
+
 #include <algorithm>
-#include <chrono>
 #include <cstdint>
 #include <utility>
 
@@ -23,9 +24,9 @@ class LoopTiming {
   /// Calls `wait` and counts its duration as idle.
   template <class Wait>
   void idle(const Wait& wait) {
-    report_.busy += since(awake_since_);
+    report_.busy += (ros::SteadyTime::now() - awake_since_).toSec();
     wait();
-    awake_since_ = Clock::now();
+    awake_since_ = ros::SteadyTime::now();
   }
 
   /// The loop arrives at an instant, `lateness` after that was due.
@@ -41,9 +42,10 @@ class LoopTiming {
   /// Returns the report at simulated time t (s) and begins another.
   Report take(double t) {
     Report taken = std::exchange(report_, {});
-    const double passed = since(start_);
-    taken.busy += since(awake_since_);
-    start_ = awake_since_ = Clock::now();
+    const auto now = ros::SteadyTime::now();
+    const double passed = (now - start_).toSec();
+    taken.busy += (now - awake_since_).toSec();
+    start_ = awake_since_ = now;
     if (taken.instants > 0) taken.lateness /= static_cast<double>(taken.instants);
     if (passed > 0) {
       taken.busy /= passed;
@@ -54,12 +56,8 @@ class LoopTiming {
   }
 
  private:
-  using Clock = std::chrono::steady_clock;
-
-  static double since(Clock::time_point past) { return std::chrono::duration<double>(Clock::now() - past).count(); }
-
   Report report_;  // lateness and busy as sums
-  Clock::time_point start_ = Clock::now(), awake_since_ = start_;
+  ros::SteadyTime start_ = ros::SteadyTime::now(), awake_since_ = start_;
   double start_t_ = 0;
 };
 

@@ -31,8 +31,7 @@ class Publications {
       publication.heard = publication.publisher.getNumSubscribers() > 0;
       greet();
     };
-    publication.publisher =
-        node.advertise<Message>(topic.name, queue_size, count, count, ros::VoidConstPtr(), topic.is(kLatched));
+    publication.publisher = node.advertise<Message>(topic.name, queue_size, count, count, {}, topic.is(kLatched));
   }
 
   /// True if a topic with this property has a subscriber.

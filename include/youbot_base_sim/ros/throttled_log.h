@@ -1,8 +1,8 @@
 #pragma once
 
 #include <ros/console.h>
+#include <ros/time.h>
 
-#include <chrono>
 #include <map>
 #include <string>
 
@@ -13,18 +13,16 @@ namespace youbot_base_sim {
 class ThrottledLog {
  public:
   void log(ros::console::Level level, const std::string& subject, const std::string& text) {
-    const auto now = Clock::now();
+    const auto now = ros::SteadyTime::now();
     if (now < next_[subject]) return;
-    next_[subject] = now + std::chrono::seconds(1);
+    next_[subject] = now + ros::WallDuration(1);
     ROS_LOG_STREAM(level, ROSCONSOLE_DEFAULT_NAME, text);
   }
   void warn(const std::string& subject, const std::string& text) { log(ros::console::levels::Warn, subject, text); }
   void error(const std::string& subject, const std::string& text) { log(ros::console::levels::Error, subject, text); }
 
  private:
-  using Clock = std::chrono::steady_clock;
-
-  std::map<std::string, Clock::time_point> next_;  // by subject: when it may have its next line
+  std::map<std::string, ros::SteadyTime> next_;  // by subject: when it may have its next line
 };
 
 }  // namespace youbot_base_sim
