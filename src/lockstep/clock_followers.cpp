@@ -42,6 +42,7 @@ constexpr auto kLatePoll = std::chrono::milliseconds(10);      // one that is la
 constexpr int kStepsToLearn = 10;                              // one in so many waits though no node is known to poll
 constexpr auto kBetweenLinks = std::chrono::milliseconds(50);  // looks for links that are not there yet
 constexpr auto kLinking = std::chrono::seconds(10);            // for a link at most
+constexpr auto kSettling = std::chrono::seconds(1);            // after news of the master: it is asked at each rest
 
 using Names = std::set<std::string>;
 
@@ -249,16 +250,18 @@ void ClockFollowers::await_polls(const Group& group) {
   for (Process* process : processes) process->learn_polls(Clock::now() - arrived);
 }
 
-/// Where the master has worked since the last rest, waits for what follows from that, until it knows nothing new.
+/// Where the master has worked since the last rest, waits for what follows from that, until it knows nothing new. What
+/// comes between its answer and the look at its work is noticed by the next question.
 bool ClockFollowers::await_rest() {
   await_sleep();
-  if (work_of(nodes_[kMaster].processes) == master_work_) return true;
+  if (work_of(nodes_[kMaster].processes) == master_work_ && Clock::now() > settled_) return true;
   const XmlRpc::XmlRpcValue state = ask_master("getSystemState");
   if (!master_work_ || state != state_) {
     state_ = state;
     master_work_ = 0;  // until a node comes or goes
     await_links();
     order_groups();
+    settled_ = Clock::now() + kSettling;
     return await_rest();
   }
   await_sleep();

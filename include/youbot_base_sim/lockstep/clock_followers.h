@@ -147,6 +147,7 @@ class ClockFollowers : public TimeGate {
   std::vector<Group> groups_;                     // in the order in which they receive /clock
   XmlRpc::XmlRpcValue state_;                     // of the master, by which `groups_` was determined
   std::optional<std::uint64_t> master_work_;      // at that time; empty: nodes have come or gone since
+  Clock::time_point settled_;                     // when it is trusted to know nothing new while it does no work
   std::optional<std::uint64_t> packets_at_rest_;  // empty: there was no rest
 };
 
