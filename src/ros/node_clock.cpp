@@ -103,6 +103,8 @@ class FollowedClock : public WallClock {
       if (latest_.isZero()) zero_ = time - ros::Time();
       latest_ = time;
     });
+    latest_ = ros::Time::now();  // that stands, if roscpp has heard it before: it is not sent twice
+    zero_ = latest_ - ros::Time();
   }
 
   const char* name() const override { return "another node's /clock"; }
