@@ -309,7 +309,7 @@ std::string ClockFollowers::missing_link() {
       for (const std::string& from : publishers[topic]) {
         const auto speaker = nodes_.find(from);
         if (speaker == listener || speaker == nodes_.end() || speaker->second.processes.empty()) continue;
-        if (--links[std::minmax(from, to)] < 0) return from + " and " + to;
+        if (--links[std::minmax(from, to)] < 0) return fmt::format("{} and {}", from, to);
       }
     }
   }
