@@ -95,16 +95,16 @@ class WallClock : public NodeClock {
 class FollowedClock : public WallClock {
  public:
   FollowedClock(BaseLoop& loop, ros::NodeHandle& node) : WallClock(loop) {
-    subscribe(node, [this](const ros::Time& time) {
+    const auto take = [this](const ros::Time& time) {
       if (time < latest_) {
         ROS_WARN("/clock goes back from %g s to %g s: the simulation goes on", latest_.toSec(), time.toSec());
         zero_ += time - latest_;
       }
       if (latest_.isZero()) zero_ = time - ros::Time();
       latest_ = time;
-    });
-    latest_ = ros::Time::now();  // that stands, if roscpp has heard it before: it is not sent twice
-    zero_ = latest_ - ros::Time();
+    };
+    subscribe(node, take);
+    take(ros::Time::now());  // a time that stands is not sent again to a node that has heard it
   }
 
   const char* name() const override { return "another node's /clock"; }

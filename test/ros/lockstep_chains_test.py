@@ -124,7 +124,9 @@ class ChainsTest(unittest.TestCase):
         self.assertEqual(len(set(digests)), 1, digests)
 
     def await_topics(self, node, *topics):
+        deadline = time.monotonic() + 60
         while not {"/clock", *topics} <= registered_topics(node):
+            self.assertLess(time.monotonic(), deadline, f"{node} has not come")
             rospy.rostime.wallsleep(0.05)
 
     def run_chain(self, chain, style, *programs):

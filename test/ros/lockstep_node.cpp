@@ -1,6 +1,5 @@
 // A node of lockstep_chains_test.py: `filter` publishes the mean of the odometry it has heard, `controller` commands by
-// odometry, `mux` passes commands on; each from a loop or timer of 50 Hz, or a callback. Usage: lockstep_node KIND
-// STYLE IN OUT
+// odometry, `mux` passes commands on; by a loop, timer (50 Hz) or callback. Usage: lockstep_node KIND STYLE IN OUT
 
 #include <geometry_msgs/Twist.h>
 #include <nav_msgs/Odometry.h>

@@ -89,9 +89,8 @@ TEST(Lockstep, commands_by_the_wall_clock_are_counted) {
   std::string counted;
   const ros::Subscriber diagnostics =
       ros::NodeHandle().subscribe<diagnostic_msgs::DiagnosticArray>(kDiagnosticsTopic, 10, [&](const auto& message) {
-        for (const auto& status : message->status) {
+        for (const auto& status : message->status)
           for (const auto& value : status.values) counted = value.key == "late commands" ? value.value : counted;
-        }
       });
   const ros::Publisher commands = commander(base);
   const std::string& name = ros::this_node::getName();
