@@ -26,7 +26,7 @@ std::unique_ptr<MotionIntegrator> make_slip_integrator(const MotionStart& motion
     const Tolerance tolerance = motion.settings.tolerance();
     FloorParameters floor = motion.floor;
     if (method.is_explicit) floor.holding_speed = 0;  // its steps would be that much shorter
-    if (Law::kScalesWithReaction) {                   // the viscous law's mu_0 depends on nu, whatever the tolerance
+    if (Law::kLimited) {                              // the viscous law's mu_0 depends on nu, whatever the tolerance
       floor.nu = effective_regularization_speed(floor.nu, floor.spin_radius, tolerance);
     }
     const auto make_method = [&](IntegrationStatistics& statistics) -> std::unique_ptr<SmoothStepper> {

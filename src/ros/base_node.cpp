@@ -49,8 +49,7 @@ std::string wheels_text(const Wheels& values) {
 /// `DriverInterface` enqueues requests for a `BaseLoop`, whose state and sensors are published when a `NodeClock` says
 /// so. Where that is the master of simulated time, `TimeServices` control it.
 ///
-/// The loop stops only at instants that a subscriber could notice, and every 20 ms. While it waits, it processes
-/// callbacks.
+/// The loop stops only at instants that a subscriber could notice, and every 20 ms; waiting, it processes callbacks.
 ///
 /// odom, base/joint_states and /tf stop while the driver has no base, as after a loss of EtherCAT: the driver's do.
 class BaseNode final : private TimedLoop {
@@ -127,7 +126,7 @@ class BaseNode final : private TimedLoop {
     publications_.publish(kStaticTransformsTopic, fixed_transforms);
   }
 
-  /// True if any of it is heard or recorded now, switches included.
+  /// True if the loop must stop at instants, for subscribers or a bag.
   bool wants_telemetry() const { return bag_ || publications_.heard(kAtInstants); }
 
   void run_loop() {

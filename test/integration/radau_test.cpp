@@ -549,7 +549,7 @@ TEST(RadauConvergence, ForgetsWhatOverflowed) {
 class FallingLaw {
  public:
   FallingLaw(const RobotParameters&, const FloorParameters&) {}
-  static constexpr bool kScalesWithReaction = true;
+  static constexpr bool kLimited = true;
   SlipResistance at(const Wheels& s_squared, double nu_squared, const Wheels& limit) const {
     const Wheels inverse = s_squared.inverse(), e = (-s_squared / kSquare).exp(), fall = 2 / kSquare * e / (1 + e);
     return {limit * (1 + e) * inverse.sqrt(), (inverse + fall).sqrt(),

@@ -141,16 +141,17 @@ TEST(Lookout, names_others) {
     message.transforms.push_back(transform_message("map", child, {0, 0, 0}, ros::Time::now()));
   BaseProcess base("shared", {"_command_timeout:=1"});
   const auto expect = [&](const std::vector<std::string>& warnings) {
-    for (const std::string& warning : warnings) {
+    for (const std::string& warning : warnings)
       wait_for(warning, [&] {
         transforms.publish(message);
         return base.said().find(warning) != std::string::npos;
       });
-    }
   };
   expect({"odom comes from " + me, "cmd_vel comes from ", "/second", "TF map -> base_footprint comes from " + me});
-  ros::param::set("/shared/base/command_timeout", 2);
-  expect({"parameter ~command_timeout is set, without effect"});
+  for (const int value : {2, 3}) {
+    ros::param::set("/shared/base/command_timeout", value);
+    expect({fmt::format("parameter ~command_timeout = {} is set too late, without effect", value)});
+  }
   EXPECT_EQ(base.said().find("base_laser"), std::string::npos) << "another's child";
 }
 

@@ -125,26 +125,21 @@ class Radau final : public SmoothStepper {
       start_.forces = newton_.forces_by_motion(system, 2, before.start, before.stages.u);
       start_.friction = prediction_.end_friction();
     } else {
-      evaluate_start(system, M, unchanged);
+      evaluate_start(system, M);
     }
     error_.begin(start_.after_switch);
     start_.error_scale = error_.scale(start_.u);
     newton_.begin(system, start_);
   }
 
-  // Forces and friction at the start under the torques M; contacts that are `unchanged` have the friction of the last
-  // step's end.
-  void evaluate_start(const SlipSystem<Model>& system, const Wheels& M, const WheelMask& unchanged) {
+  // Forces and friction at the start under the torques M.
+  void evaluate_start(const SlipSystem<Model>& system, const Wheels& M) {
     const WheelMask& shared = system.modes().shared();
-    if (system.model().inertia().J_2 == 0 && !unchanged.all()) {
+    if (system.model().inertia().J_2 == 0 && start_.after_switch) {
       start_.u.dgamma = system.massless_roller_rates(start_.u, start_.x.phi(), start_.pose, M, shared);
     }
     typename Model::Contacts contacts = system.contacts(start_.u, start_.x.phi(), start_.pose, M);
     system.count_evaluations(1);
-    // The converged friction: recomputed from the slip, its O(nu) error would become an O(1) error of the force.
-    if (radau_options.reuses_friction && unchanged.any()) {
-      system.reuse_friction(unchanged && !shared, prediction_.end_friction(), start_.u, M, contacts);
-    }
     start_.forces = system.model().forces(start_.u, contacts, M);
     start_.friction = system.model().friction(contacts);
   }

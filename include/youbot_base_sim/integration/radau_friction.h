@@ -54,7 +54,7 @@ Wheels friction_gap(const Model& model, const typename Model::Friction& F, const
 template <class Model>
 void follow_friction(const SlipSystem<Model>& system, const typename Model::Friction& F,
                      const typename Model::Contacts& c, const Wheels& phi, double share, Velocities& u) {
-  if constexpr (Model::kSaturates) {
+  if constexpr (Model::kLimited) {
     const Model& model = system.model();
     if (model.wheels_prescribed()) return;
     const ContactModes& modes = system.modes();

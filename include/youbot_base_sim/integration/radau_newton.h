@@ -91,8 +91,6 @@ class RadauConvergence {
     per_tolerance_ = {1 / (radau_options.convergence * error_scale.v.min(regularization.v)),
                       1 / (radau_options.convergence * error_scale.dphi.min(regularization.dphi)),
                       1 / (radau_options.convergence * error_scale.dgamma.min(regularization.dgamma))};
-    predictable_correction_ =
-        radau_options.predictable_fraction * system.model().regularization_speed() * per_tolerance_.v[0];
   }
 
   double size(const StageVelocities& correction) const {
@@ -110,8 +108,6 @@ class RadauConvergence {
     if (std::isfinite(seen)) curvature_ = std::max(seen, radau_options.curvature_memory * curvature_);
   }
 
-  /// True if the rate predicts the size of the correction after one of this size.
-  bool predicts(double size) const { return size <= predictable_correction_; }
   /// True if all corrections after one of this size, at this rate, sum up to less than the tolerance.
   static bool leaves_little(double size, double rate) { return rate < 1 && size * rate < 1 - rate; }
   /// True if the next correction, with a fresh matrix about the curvature times the square of this one, is small.
@@ -124,8 +120,7 @@ class RadauConvergence {
   // The error of the slip that rounding lets iterations reach, m/s; with dynamic reactions
   static constexpr double kRounding = 3e-16, kReactingRounding = 1e-12;
 
-  Velocities per_tolerance_;           // the inverse of the convergence tolerance
-  double predictable_correction_ = 0;  // in that tolerance
+  Velocities per_tolerance_;  // the inverse of the convergence tolerance
   double curvature_ = 1;
 };
 
@@ -183,13 +178,11 @@ class RadauNewton {
       if (!(size <= std::numeric_limits<double>::max())) return false;
       last = size;
       move(system, stages);
-      if (convergence_.predicts(size)) {
-        if (fresh && is_derivative_ && !system.reacts() && convergence_.leaves_little_afresh(size)) {
-          for (int j = 0; j < 3; ++j) forces_[j] = forces_by_motion(system, j, start.u, stages.u);
-          return true;
-        }
-        if (RadauConvergence::leaves_little(size, rate)) return true;
+      if (fresh && is_derivative_ && !system.reacts() && convergence_.leaves_little_afresh(size)) {
+        for (int j = 0; j < 3; ++j) forces_[j] = forces_by_motion(system, j, start.u, stages.u);
+        return true;
       }
+      if (RadauConvergence::leaves_little(size, rate)) return true;
       if (iteration == 1 && give_up()) return true;
     }
     return false;

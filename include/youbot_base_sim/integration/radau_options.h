@@ -3,7 +3,7 @@
 namespace youbot_base_sim {
 
 /// Radau's mechanisms and numbers; docs/tuning says what each is worth. Infinity switches friction_mismatch,
-/// matrix_mismatch, curvature_margin, predictable_fraction, unseen_energy, pose_time, far and switch_transient off.
+/// matrix_mismatch, curvature_margin, unseen_energy, pose_time, far and switch_transient off.
 struct RadauOptions {
   // RadauNewton
   bool primal_dual = true;  ///< friction is an unknown of its own; else that of the slip
@@ -16,7 +16,6 @@ struct RadauOptions {
   double first_rate = 0.03;
   double curvature_memory = 0.8;
   double curvature_margin = 10;
-  double predictable_fraction = 0.1;  ///< of nu
   // RadauError
   double roller_scale = 3;
   double unseen_energy = 0.01;  ///< of the tolerance; -1: never filtered twice
@@ -29,7 +28,6 @@ struct RadauOptions {
   double gripping_share = 0.9;     ///< 0: friction never leads
   // Radau
   bool start_by_motion = true;
-  bool reuses_friction = true;
   double dense_gripping_share = 0.98;  ///< 0: off
   // StepSizeController
   bool trend = true;

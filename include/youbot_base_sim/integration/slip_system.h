@@ -98,19 +98,6 @@ class SlipSystem final : public ContactSystem {
       return model_.forces(u, c, M).dgamma;
     });
   }
-  /// Gives the wheels in `known`, none of them shared, the friction F of the step before at the contacts `c`. Dynamic
-  /// reactions, and with them all friction, follow.
-  void reuse_friction(const WheelMask& known, const typename Model::Friction& F, const Velocities& u, const Wheels& M,
-                      Contacts& c) const {
-    using Features = typename Model::Features;
-    const auto reuse = [&](Contacts& pressed) {
-      const Contacts before = pressed;
-      model_.set_friction(Features::replaced(known, F, pressed), pressed);
-      Features::keep_moments(known, before, pressed);  // for a shared contact the mean of moments is no moment of means
-    };
-    if (!reacts()) return reuse(c);
-    apply_dynamic_normal_force(u, M, modes_.shared(), c, reuse);
-  }
   /// Pose of x, if it matters.
   Pose pose(const State& x) const { return model_.features().by_pose() ? x.pose() : Pose(); }
 
@@ -201,19 +188,16 @@ class SlipSystem final : public ContactSystem {
     model_.evaluate_kinematics(
         u, modes_.averages() ? modes_.geometry(phi) : model_.geometry().at(modes_.phi_tilde(phi)), pose, c);
     if (reacts()) {
-      apply_dynamic_normal_force(u, M, shared, c, [](const Contacts&) {});
+      apply_dynamic_normal_force(u, M, shared, c);
     } else {
       model_.apply_static_normal_force(c);
       if (shared.any()) share_contacts(u, M, shared, c);
     }
   }
-  // Applies the reactions of this motion, with the friction under 1 N as `amend` has changed it.
-  template <class Amend>
-  void apply_dynamic_normal_force(const Velocities& u, const Wheels& M, const WheelMask& shared, Contacts& c,
-                                  const Amend& amend) const {
+  // Applies the reactions of this motion.
+  void apply_dynamic_normal_force(const Velocities& u, const Wheels& M, const WheelMask& shared, Contacts& c) const {
     if constexpr (Model::kReactionsFollow) {
       model_.apply_normal_force(Wheels::Ones(), c);
-      amend(c);
       ForcePerNormalLoad per_load = model_.force_per_normal_load(c);
       if (shared.any()) share_reactions(u, M, shared, c, per_load);
       model_.scale_by_reactions(model_.reactions(u, M, c, per_load), c);

@@ -136,7 +136,7 @@ class ContactFriction {
   }
 
   /// The regularization speed nu, m/s; infinite for a law that does not saturate, on which setting it has no effect.
-  double regularization_speed() const { return Law::kScalesWithReaction ? nu_ : kInfinity; }
+  double regularization_speed() const { return Law::kLimited ? nu_ : kInfinity; }
   void set_regularization_speed(double nu) {
     nu_ = nu;
     nu_squared_ = nu * nu;

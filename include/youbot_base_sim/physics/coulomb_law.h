@@ -11,7 +11,7 @@ class CoulombLaw {
   CoulombLaw(const RobotParameters&, const FloorParameters&) {}
 
   /// True if friction is limited by the normal reaction N.
-  static constexpr bool kScalesWithReaction = true;
+  static constexpr bool kLimited = true;
 
   /// The resistance to slip where nu^2 + |V_P|^2 is `speed_squared` (m^2/s^2) and f N is `limit` (N).
   SlipResistance at(const Wheels& speed_squared, double nu_squared, const Wheels& limit) const {

@@ -109,21 +109,6 @@ class ExtendedFeatures {
   static Friction pressed(const Friction& F) { return {F.F, F.N.max(0)}; }
   Wheels limit(const Friction& F, const Contacts& c) const { return c.f * F.N; }
 
-  /// Friction that is as large a share of the normal reaction as `known` is. A wheel that was off the floor keeps its
-  /// friction.
-  static Force replaced(const WheelMask& mask, const Friction& known, const Contacts& c) {
-    const WheelMask pressed = mask && known.N > 0;
-    const auto share = [&](const Wheels& F, const Wheels& other) -> Wheels {
-      return pressed.select(c.N / known.N * F, other);
-    };
-    return {{share(known.F[0], c.F_X), share(known.F[1], c.F_Y), share(known.F[2], c.F_Z)}};
-  }
-  static void keep_moments(const WheelMask& mask, const Contacts& before, Contacts& c) {
-    c.M_Z = mask.select(c.M_Z, before.M_Z);
-    c.M_S = mask.select(c.M_S, before.M_S);
-    c.T_S = mask.select(c.T_S, before.T_S);
-  }
-
   /// True if forces on the base depend on its pose.
   bool by_pose() const { return has_patches() || external_.by_heading(); }
 

@@ -37,7 +37,7 @@ auto visit_law(Model model, const Visit& visit) {
 /// True if the contacts slip; true if the normal reactions limit their friction.
 inline bool slips(Model model) { return model != Model::kNoSlip; }
 inline bool limits_friction(Model model) {
-  return slips(model) && visit_law(model, [](auto law) { return decltype(law)::Law::kScalesWithReaction; });
+  return slips(model) && visit_law(model, [](auto law) { return decltype(law)::Law::kLimited; });
 }
 
 }  // namespace youbot_base_sim

@@ -21,7 +21,7 @@ class PaperFeatures {
 
   using Contacts = youbot_base_sim::Contacts;
   using Force = ContactVector<kSlipComponents>;
-  using Friction = Force;  ///< what a step reuses of the one before
+  using Friction = Force;  ///< an unknown of Newton's iterations
   /// Entries that become weighted means where two rollers share a wheel.
   static constexpr std::array<Wheels Contacts::*, 6> kMeans = {&Contacts::V_PX, &Contacts::V_PY,    &Contacts::F_X,
                                                                &Contacts::F_Y,  &Contacts::Delta_Y, &Contacts::M_Z};
@@ -52,12 +52,6 @@ class PaperFeatures {
   static Friction with_force(const Friction&, const Force& F) { return F; }
   static const Friction& pressed(const Friction& F) { return F; }
   const Wheels& limit(const Friction&, const Contacts&) const { return limit_; }
-  static Force replaced(const WheelMask& mask, const Friction& known, const Contacts& c) {
-    return {{mask.select(known[0], c.F_X), mask.select(known[1], c.F_Y)}};
-  }
-  static void keep_moments(const WheelMask& mask, const Contacts& before, Contacts& c) {
-    c.M_Z = mask.select(c.M_Z, before.M_Z);
-  }
 
   bool by_pose() const { return false; }
   double max_step(const State&, const ContactModes&) const { return kInfinity; }

@@ -129,7 +129,7 @@ class SharedContact {
   // Ripple of the contacts' slip while the wheel chatters at the rate dphi, as a share of the slower one's, at most 1:
   // also if rollers take over at rest, which kicks them, or if friction does not saturate, so has no such scale.
   double ripple(double dphi) const {
-    if (!Model::kSaturates || model_.robot().roller_rate_at_switch == RollerRateAtSwitch::kAtRest) return 1;
+    if (!Model::kLimited || model_.robot().roller_rate_at_switch == RollerRateAtSwitch::kAtRest) return 1;
     const double scale = std::max(model_.slip_scale(lower_)[i_], model_.slip_scale(upper_)[i_]);
     return std::min(1.0, kRipple * model_.robot().R * std::abs(dphi) * scale);
   }

@@ -34,12 +34,12 @@ class SlipModel {
  public:
   using Features = Policy;
   using Contacts = typename Features::Contacts;
-  using Friction = typename Features::Friction;  ///< at the contacts, as a step reuses it
+  using Friction = typename Features::Friction;  ///< at the contacts, an unknown of Newton's iterations
   using Force = ContactVector<D>;
   using Stiffness = ContactStiffness<D>;
 
-  /// True if the law has a largest friction.
-  static constexpr bool kSaturates = Law::kScalesWithReaction;
+  /// True if the normal reaction limits friction.
+  static constexpr bool kLimited = Law::kLimited;
 
   /// True if normal reactions may follow the motion.
   static constexpr bool kReactionsFollow = Features::kReactionsFollow;
@@ -177,14 +177,6 @@ class SlipModel {
     return friction_.resistance(features_.slip(c), features_.limit(c)).scale;
   }
 
-  /// Sets the friction at the contacts to F, N.
-  void set_friction(const Force& F, Contacts& c) const {
-    c.F_X = F[0];
-    c.F_Y = F[1];
-    c.M_Z = c.F_Y * rho_X_ - c.F_X * (rho_Y_ + c.Delta_Y);
-    features_.add_spin(F, c);
-  }
-
   /// `force` (N) less K dV, where dV is how the slip of the contacts `c` changes with the velocities by du.
   Force changed(Force force, const Contacts& c, const Stiffness& K, const Velocities& du) const {
     Force dV;
@@ -214,7 +206,7 @@ class SlipModel {
   // Normal reactions that follow the motion: with ExtendedFeatures only.
 
   /// True if the normal reactions follow the motion.
-  bool dynamic() const { return Law::kScalesWithReaction && features_.dynamic(); }
+  bool dynamic() const { return Law::kLimited && features_.dynamic(); }
 
   /// Forces of the contacts `c`, which are those under 1 N, for each newton of normal reaction.
   ForcePerNormalLoad force_per_normal_load(const Contacts& c) const {
@@ -272,6 +264,14 @@ class SlipModel {
   const Wheels& rho_Y() const { return rho_Y_; }
 
  private:
+  // Sets the friction at the contacts to F, N.
+  void set_friction(const Force& F, Contacts& c) const {
+    c.F_X = F[0];
+    c.F_Y = F[1];
+    c.M_Z = c.F_Y * rho_X_ - c.F_X * (rho_Y_ + c.Delta_Y);
+    features_.add_spin(F, c);
+  }
+
   static constexpr bool kSpins = D == 3;
 
   Velocities viscous_forces(const Velocities& u, const Contacts& c, const Wheels& M) const {

@@ -11,7 +11,7 @@ class ViscousLaw {
   /// mu_0 follows from the mass of the robot without loads.
   ViscousLaw(const RobotParameters& robot, const FloorParameters& floor) : mu_0_(floor.mu_0(robot)) {}
 
-  static constexpr bool kScalesWithReaction = false;
+  static constexpr bool kLimited = false;
 
   SlipResistance at(const Wheels&, double, const Wheels&) const { return {mu_0_, Wheels::Zero(), Wheels::Ones()}; }
 

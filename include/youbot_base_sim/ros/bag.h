@@ -42,8 +42,8 @@ class BagWriter {
   /// Writes what happened since the last instant.
   void write(const Telemetry& telemetry, const Events& events);
 
-  /// Writes all topics of `telemetry` at time t (s), that of `simulation` and of the last update of `sensors`; contact
-  /// markers at most at `kBagMarkersRate`.
+  /// Writes the instant's topics of `telemetry` at time t (s), that of `simulation` and of the last update of
+  /// `sensors`; contact markers at most at `kBagMarkersRate`.
   void write(Telemetry& telemetry, const Simulation& simulation, const BaseSensors& sensors, double t);
 
   /// Puts the bag in its place.

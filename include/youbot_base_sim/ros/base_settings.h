@@ -33,7 +33,7 @@ struct BaseSettings : LoopSettings {
   bool publish_clock = false;
   /// Simulated seconds per second, 0.001 or more; 0: as fast as possible. Other values than 1 need `publish_clock`.
   double real_time_factor = 1;
-  /// Time starts once every topic that is `kAwaited` has a subscriber, so a recorder misses nothing.
+  /// Time starts once every topic that is `kAwaited` has a subscriber, so it misses nothing.
   bool wait_for_subscribers = false;
   LockstepSettings lockstep;
   std::string bag;                     ///< file to record to, complete when the node ends; empty: none

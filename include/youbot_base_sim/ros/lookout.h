@@ -7,6 +7,7 @@
 
 #include <map>
 #include <set>
+#include <sstream>
 #include <string>
 #include <utility>
 
@@ -58,8 +59,10 @@ class Lookout {
     private_node_.getParam("", now);
     if (now.getType() != XmlRpc::XmlRpcValue::TypeStruct) return;
     for (auto& [name, value] : now) {
-      if (parameters_.hasMember(name) && parameters_[name] == value) continue;
-      warn("parameter ~" + name + " is set, without effect: this node has read its parameters");
+      if (std::exchange(parameters_[name], value) == value) continue;
+      std::ostringstream text;
+      value.write(text);
+      ROS_WARN_STREAM("parameter ~" << name << " = " << text.str() << " is set too late, without effect");
     }
   }
 
@@ -80,9 +83,7 @@ class Lookout {
   }
 
   void warn(const std::string& subject, const Names& names, const char* meaning) {
-    warn(fmt::format("{} comes from {}: {}", subject, fmt::join(names, ", "), meaning));
-  }
-  void warn(const std::string& text) {
+    const std::string text = fmt::format("{} comes from {}: {}", subject, fmt::join(names, ", "), meaning);
     if (said_.insert(text).second) ROS_WARN_STREAM(text);
   }
 
@@ -94,7 +95,7 @@ class Lookout {
   }
 
   const BaseSettings& settings_;
-  XmlRpc::XmlRpcValue parameters_;  // as this node has read them
+  XmlRpc::XmlRpcValue parameters_;  // as of the last look; at first as this node has read them
   Names heard_;                     // on /tf, as of the last look
   std::set<std::string> said_;
   ros::CallbackQueue queue_;

@@ -22,12 +22,12 @@
 
 /// The topics of the node. Names are relative to its namespace, as those of the driver, unless they begin with a slash.
 ///
-/// A new topic is, in this order:
-/// 1. a row here and its name in `kTopics`: advertising and bags follow. Not `kAwaited`: stacks would wait (stability);
+/// A new topic is
+/// 1. a row here and its name in `kTopics`: advertising and bags follow. Not `kTelemetry`, `kAwaited`: stacks wait;
 /// 2. a function of ros/conversions that makes its message; for a type of its own, msg/ and its name in CMakeLists.txt;
-/// 3. a line of a `Telemetry::visit` (ros/telemetry.h): that of instants, or that of events, whose messages come when
-///    the loop stops. BaseNode publishes what does not change, markers and diagnostics;
-/// 4. for a new event, a list of `Events` (simulation.h), which counts in `Events::any`;
+/// 3. a line of a `Telemetry::visit` (ros/telemetry.h): that of instants, or that of events, sent where
+///    `kAtInstants`, `kAtPeriods` stop the loop. BaseNode publishes what does not change, markers and diagnostics;
+/// 4. for a new list of `Events` (simulation.h), which counts in `any`, first CONTRIBUTING's row of it;
 /// 5. a line of launch/recorder.xml, if it is `kRecorded`: bag_test compares;
 /// 6. a row in docs/node.md; the list of bags in docs/outputs.md; `~wait_for_subscribers` in docs/node/parameters.csv.
 namespace youbot_base_sim {
@@ -50,8 +50,8 @@ enum TopicProperty : unsigned {
   kAwaited = 1 << 2,     ///< with `~wait_for_subscribers`, time waits for its subscriber
   kOnRequest = 1 << 3,   ///< recorded and awaited only with `~publish_contacts`
   kAtInstants = 1 << 4,  ///< a subscriber has the loop stop at each instant of publishing
-  kAtPeriods = 1 << 5,   ///< a subscriber has a loop that is not paced stop after each control period
-  kOfDriver = 1 << 6,    ///< stops while the driver has no base, as after a loss of EtherCAT
+  kAtPeriods = 1 << 5,   ///< a subscriber stops a loop that is not paced after each control period
+  kOfDriver = 1 << 6,    ///< not published while the driver has no base, as after a loss of EtherCAT; `~bag` goes on
 };
 
 /// A topic without its type.
@@ -67,7 +67,7 @@ struct TopicRow {
 template <class Message>
 struct Topic : TopicRow {};
 
-constexpr unsigned kTelemetry = kRecorded | kAwaited | kAtInstants;  ///< most of what is published at each instant
+constexpr unsigned kTelemetry = kRecorded | kAwaited | kAtInstants;  ///< most of what is awaited at each instant
 
 inline constexpr Topic<nav_msgs::Odometry> kOdometryTopic{{"odom", 0, kTelemetry | kOfDriver}};
 inline constexpr Topic<nav_msgs::Odometry> kGroundTruthTopic{{"ground_truth", 0, kTelemetry}};
