@@ -20,7 +20,7 @@ if(NOT YOUBOT_BASE_SIM_SHARED)
 endif()
 set(CMAKE_VISIBILITY_INLINES_HIDDEN ON)
 
-set(YOUBOT_BASE_SIM_TEST_TIMEOUT 600)  # s, for tests that hang; some take 140 on a slow machine
+set(YOUBOT_BASE_SIM_TEST_TIMEOUT 1200)  # s, for tests that hang; one takes 400 beside four busy loops
 
 # For scripts/sanitize and scripts/fuzz. Assertions of Eigen and the standard library are on, for they see what the
 # sanitizers cannot: an index beyond its row, but within the matrix.
