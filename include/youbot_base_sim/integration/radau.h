@@ -134,9 +134,8 @@ class Radau final : public SmoothStepper {
 
   // Forces and friction at the start under the torques M.
   void evaluate_start(const SlipSystem<Model>& system, const Wheels& M) {
-    const WheelMask& shared = system.modes().shared();
     if (system.model().inertia().J_2 == 0 && start_.after_switch) {
-      start_.u.dgamma = system.massless_roller_rates(start_.u, start_.x.phi(), start_.pose, M, shared);
+      start_.u.dgamma = system.massless_roller_rates(start_.u, start_.x.phi(), start_.pose, M, system.modes().shared());
     }
     typename Model::Contacts contacts = system.contacts(start_.u, start_.x.phi(), start_.pose, M);
     system.count_evaluations(1);
